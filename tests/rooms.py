@@ -62,9 +62,10 @@ def door(
     width: float = 0.9,
     limits: tuple[float, float] = (0.0, np.pi / 2),
     wraps: bool = False,
+    thickness: float = 0.04,
 ) -> MovableObject:
     """A leaf hinged at (x, y) that points to ``bearing`` when closed and opens to the left."""
-    leaf = Box((width, 0.04, 2.0)).mesh().moved(placed(width / 2, 0.0, 1.0))
+    leaf = Box((width, thickness, 2.0)).mesh().moved(placed(width / 2, 0.0, 1.0))
     origin, up = placed(x, y, 0.0, (0.0, 0.0, bearing)), np.array([0.0, 0.0, 1.0])
     return MovableObject(name, Kind.HINGED, origin, up, *limits, leaf, wraps)
 

@@ -27,7 +27,7 @@ Examples:
 What is written to the folder:
   *.urdf          walls of the map without the leaves drawn into it, and the probable doors;
                   or the building with its walls and doors where they are
-  doors.csv       all candidates, with probabilities and standard deviations (--map)
+  doors.csv       candidates from 5 % on, with their standard deviations (--map)
   learn.json      the drives, and what each told
   calibration.yaml, report.html   the lasers' mountings, and pictures (--building)
 """

@@ -24,14 +24,14 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 def _difference(
     a: FloatArray, b: FloatArray, order: int, centre: FloatArray, out: FloatArray
 ) -> None:
-    """From a place (3,) to another, or to its nearest equal heading, as errors (7,)."""
+    """From a place (3,) to another, or to its nearest equal heading, as errors (8,)."""
     x, y, yaw = alike(b, a[2], order, centre)
     out[YAW], out[EAST], out[NORTH] = wrapped(yaw - a[2]), x - a[0], y - a[1]
 
 
 @_inner
 def _inverse(matrix: FloatArray, out: FloatArray) -> Any:
-    """The inverse of the block of yaw, x and y in a covariance (7, 7), and its determinant."""
+    """The inverse of the block of yaw, x and y in a covariance (8, 8), and its determinant."""
     a, b, c = matrix[3, 3], matrix[3, 4], matrix[3, 5]
     d, e, f = matrix[4, 4], matrix[4, 5], matrix[5, 5]
     out[0, 0], out[0, 1], out[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
@@ -53,7 +53,7 @@ def _blend(
     robot: FloatArray,
     covariance: FloatArray,
 ) -> None:
-    """Merge a Gaussian ``off`` (7,) of covariance ``other`` (7, 7) in, by a share of weight."""
+    """Merge a Gaussian ``off`` (8,) of covariance ``other`` (8, 8) in, by a share of weight."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             covariance[a, b] += share * (
@@ -81,7 +81,7 @@ def arrive(
     """Add a weight to each of the cells (c, 3) with a covariance ``spread`` (3, 3) of x, y, yaw.
 
     What arrives has the covariance ``pose`` (3, 3) of the robot's errors. Weights (c,), places (c,
-    3), the robot's errors (c, 3) and covariances (c, 7, 7) of the present components become those
+    3), the robot's errors (c, 3) and covariances (c, 8, 8) of the present components become those
     of both together.
     """
     if weight <= 0.0:
@@ -148,7 +148,7 @@ def merge(
     """Merge components, except the first, with heavier ones at the same place.
 
     Merged ones get weight zero. Weights are (c,), places (c, 3), the robot's errors (c, 3) and
-    covariances (c, 7, 7). Two are the same if the divergence of the lighter from the heavier one is
+    covariances (c, 8, 8). Two are the same if the divergence of the lighter from the heavier one is
     below ``SAME_PLACE``. Components below a weight ``least`` take in no others.
     """
     inverse, off, ranks = np.empty((3, 3)), np.zeros(ERRORS), np.argsort(-weights)

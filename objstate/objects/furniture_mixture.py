@@ -113,7 +113,7 @@ class FurnitureMixture:
     weights: FloatArray  # (c,) sum to one
     places: FloatArray  # (c, 3) x, y, yaw
     robots: FloatArray  # (c, 3) mean error of the robot's pose
-    covariances: FloatArray  # (c, 7, 7) of errors, see ``mixture_kernels``
+    covariances: FloatArray  # (c, 8, 8) of errors, see ``mixture_kernels``
     motions: FloatArray  # (c, 10) of furniture that may be pushed, see ``pushing``; else (c, 0)
     stamp_ns: int | None = None
 

@@ -87,8 +87,8 @@ def latch(
     """Set the evidence and the Gaussians of both limits by those of the other components.
 
     These are ``cells`` between the limits, two limits, and cells beyond them. Their ``weights``
-    (c,) of a door at rest and their Gaussians ``before`` (c, 7), ``priors`` (c, 7, 7) are from
-    before a scan; ``means`` (c, 7), ``covariances`` (c, 7, 7) and ``log_evidence`` (c,) from after
+    (c,) of a door at rest and their Gaussians ``before`` (c, 8), ``priors`` (c, 8, 8) are from
+    before a scan; ``means`` (c, 8), ``covariances`` (c, 8, 8) and ``log_evidence`` (c,) from after
     it. ``widths`` (c,) are variances of a latched door's distance from the limit. Components beyond
     a limit count as far as the leaf stands there.
     """

@@ -43,6 +43,7 @@ PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its li
 LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit latches
 FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
+THICKNESS_STD = 0.01  # m, prior deviation of a leaf's thickness from the model's
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
 SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
 MOST_NATS = 100.0  # most evidence for a component, beside the best one between the limits
@@ -281,8 +282,8 @@ class DoorMixture:
     log_paces: FloatArray  # (k,) log p(z | pace), up to a constant
     paces: FloatArray  # (k,) prior probabilities of ``PACES``
     beyond: FloatArray  # (o,) weights of cells beyond the limits, which aren't in that sum
-    means: FloatArray  # (c + o, 7) of errors, see ``mixture_kernels``
-    covariances: FloatArray  # (c + o, 7, 7)
+    means: FloatArray  # (c + o, 8) of errors, see ``mixture_kernels``
+    covariances: FloatArray  # (c + o, 8, 8)
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
@@ -299,6 +300,7 @@ class DoorMixture:
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
         covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
+        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
         covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing
         resting = door.prior
         return DoorMixture(
@@ -507,6 +509,7 @@ class DoorMixture:
         covariances[:, static] = 0.0
         covariances[:, :, static] = 0.0
         covariances[:, HINGE, HINGE] = self.statics.hinge * np.eye(2)
+        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
         covariances[:, kernels.ZERO, kernels.ZERO] = self.statics.bearing
         return means, covariances
 

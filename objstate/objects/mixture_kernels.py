@@ -2,7 +2,7 @@
 
 Component c has a placement (x, y, turn) of the object and a Gaussian over ``ERRORS`` numbers: the
 error of the robot's pose (x, y, yaw), the distance of the state from the component's middle, the
-offset of the object's origin (x, y), and the error of its state's zero. A scan is linearized in
+offset of the object's origin (x, y), the error of a leaf's thickness, and that of its state's zero. A scan is linearized in
 these about the component's own mean, so that each component is updated as by an extended Kalman
 filter, and its evidence is Laplace's approximation of the integral.
 """
@@ -19,9 +19,9 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.linear import ROOT_2, ROOT_TAU, solve
 from objstate.sensing.pieces import GRAZING, met
 
-ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
+ERRORS = 8  # robot x, y, yaw; state; origin x, y; thickness; zero of the state
 ROBOT = 3  # the first of these
-STATE, ORIGIN, ZERO = 3, 4, 6
+STATE, ORIGIN, THICKNESS, ZERO = 3, 4, 6, 7
 OBSERVED = ZERO  # the number of errors, the first ones, on which readings depend
 GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
@@ -75,12 +75,13 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the neighbouring surface
 
 
-@record("shape", "f2 f2 f2 i2 f f1 f2 f2")
+@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
     segments: FloatArray  # (k, 4) m about the object's origin, in its home state
     normals: FloatArray  # (k, 2)
+    faces: FloatArray  # (k,) m along its normal by which each is off for each m of thickness
     corners: FloatArray  # (m, 2) m, the ends of the segments
     among: IntArray  # (k, 2) the first corner of each segment's part, and one past the last
     turn: float  # rad of turn for each unit of the state
@@ -110,11 +111,11 @@ class Work(NamedTuple):
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
     origins: FloatArray  # (n, 2) m of the beams
     directions: FloatArray  # (n, 2)
-    row: FloatArray  # (6,) derivatives of one range by the errors
-    gradient: FloatArray  # (6,) of the log-likelihood
-    information: FloatArray  # (6, 6) Gauss-Newton approximation
-    matrix: FloatArray  # (7, 7)
-    right: FloatArray  # (7, 7)
+    row: FloatArray  # (7,) derivatives of one range by the errors
+    gradient: FloatArray  # (7,) of the log-likelihood
+    information: FloatArray  # (7, 7) Gauss-Newton approximation
+    matrix: FloatArray  # (8, 8)
+    right: FloatArray  # (8, 8)
 
 
 @_inner
@@ -126,9 +127,9 @@ def _cast(
     prior: FloatArray,
     work: Work,
 ) -> Any:
-    """Cast the beams with the object at a component's errors (7,); return its placement.
+    """Cast the beams with the object at a component's errors (8,); return its placement.
 
-    Whether a beam passes beside a corner is uncertain by errors of the covariance ``prior`` (7, 7).
+    Whether a beam passes beside a corner is uncertain by errors of the covariance ``prior`` (8, 8).
     A corner that was flanked in an earlier cast is where it is modelled: the opening ends there,
     wherever the leaf hangs.
     """
@@ -164,11 +165,7 @@ def _cast(
         own_x = cos_turned * off_x + sin_turned * off_y
         own_y = cos_turned * off_y - sin_turned * off_x
         own_dx, own_dy = cos_turned * dx + sin_turned * dy, cos_turned * dy - sin_turned * dx
-        nearest = np.inf
-        for k in range(shape.segments.shape[0]):
-            distance = met(own_x, own_y, own_dx, own_dy, shape.segments[k], shape.normals[k])
-            if distance < nearest:
-                nearest, work.side[i] = distance, k
+        nearest, work.side[i] = _nearest(shape, own_x, own_y, own_dx, own_dy, x[THICKNESS])
         bump = np.inf
         for k in range(shape.handle.shape[0]):
             normal = shape.handle_normals[k]
@@ -183,6 +180,25 @@ def _cast(
         if work.expected[i] >= beams.background[i]:
             work.expected[i], work.side[i], work.share[i] = np.inf, -1, 0.0
     return placed
+
+
+@_inner
+def _nearest(shape: Shape, x: float, y: float, dx: float, dy: float, thicker: float) -> Any:
+    """Distance along a ray to the first segment that it meets, and its number; -1 for none.
+
+    Faces of the object lie as much farther out as it is ``thicker``, but not seen at a grazing
+    incidence.
+    """
+    nearest, side = np.inf, -1
+    for k in range(shape.segments.shape[0]):
+        normal = shape.normals[k]
+        distance = met(x, y, dx, dy, shape.segments[k], normal)
+        cosine = normal[0] * dx + normal[1] * dy
+        if abs(cosine) >= GRAZING:
+            distance += shape.faces[k] * thicker / cosine
+        if distance < nearest:
+            nearest, side = distance, k
+    return nearest, side
 
 
 @_inner
@@ -298,7 +314,7 @@ def _sideways(
     row[2] = -dx * (corner_x - beams.place[0] - x[0]) - dy * (corner_y - beams.place[1] - x[1])
     turned = shape.turn * (dx * (corner_x - east) + dy * (corner_y - north))
     row[STATE] = turned + dx * shape.slide[1] - dy * shape.slide[0]
-    row[4], row[5] = -dy, dx
+    row[4], row[5], row[THICKNESS] = -dy, dx, 0.0
 
 
 @_inner
@@ -334,7 +350,7 @@ def _row(beams: Beams, shape: Shape, x: FloatArray, i: int, placed: Any, work: W
     row[2] = (nx * about_y - ny * about_x) / cosine
     turned = shape.turn * (ny * (met_x - east) - nx * (met_y - north))
     row[STATE] = (turned + nx * shape.slide[0] + ny * shape.slide[1]) / cosine
-    row[4], row[5] = nx / cosine, ny / cosine
+    row[4], row[5], row[THICKNESS] = nx / cosine, ny / cosine, shape.faces[side] / cosine
     return cosine
 
 
@@ -366,7 +382,7 @@ def _slanted(noise: Noise, distance: float, cosine: float) -> Any:
 def _variance(
     scatter: float, is_met: bool, cosine: float, spread: FloatArray, row: FloatArray
 ) -> Any:
-    """m^2 of a range to the object, with errors of a covariance ``spread`` (7, 7)."""
+    """m^2 of a range to the object, with errors of a covariance ``spread`` (8, 8)."""
     if not is_met:
         return scatter + FOOTPRINT * FOOTPRINT
     if abs(cosine) < GRAZING:
@@ -470,11 +486,11 @@ def _linearize(
     fresh: FloatArray,
     work: Work,
 ) -> Any:
-    """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
+    """Log-likelihood of a scan at errors (8,), and the number of beams that reach the object.
 
     ``work`` takes its gradient and information, and ``kinds`` (2,) after the scan. The chain of
     unexpected things is summed over by the forward recursion. A beam contributes by the probability
-    that it hit. Errors of a covariance ``spread`` (7, 7) are included in distinguishing hits from
+    that it hit. Errors of a covariance ``spread`` (8, 8) are included in distinguishing hits from
     others. Beams count by ``fresh`` (n,) in the likelihood; the last value is the share of the
     information that is fresh.
     """
@@ -517,7 +533,7 @@ def _linearize(
 
 @_inner
 def _posterior(prior: FloatArray, work: Work) -> Any:
-    """Set ``work.right`` to the posterior covariance (7, 7); return log |1 + prior information|."""
+    """Set ``work.right`` to the posterior covariance (8, 8); return log |1 + prior information|."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             value = 1.0 if a == b else 0.0
@@ -529,7 +545,7 @@ def _posterior(prior: FloatArray, work: Work) -> Any:
 
 @_inner
 def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work) -> None:
-    """Move the errors ``x`` (7,) to the mode of the linearized posterior, mean + prior pull.
+    """Move the errors ``x`` (8,) to the mode of the linearized posterior, mean + prior pull.
 
     That is the posterior covariance, ``work.right``, times the gradient about the prior mean; as
     it is symmetric, the pull is what remains of that gradient once the information has been met.
@@ -592,7 +608,7 @@ def _see_edges(
 
     Beam by beam. A flanked corner isn't seen: what beams show is where an opening ends, at a frame
     whose place the model doesn't know and all scans share. Shares and corners are those at the
-    errors ``x`` (7,). Given the margin by which a beam meets the object, it does so with the
+    errors ``x`` (8,). Given the margin by which a beam meets the object, it does so with the
     probability of a normal distribution function as wide as the beam.
     """
     row = work.row
@@ -660,7 +676,7 @@ def condition(
     kinds: FloatArray,
     log_evidence: FloatArray,
 ) -> Any:
-    """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) are updated.
+    """Bayes' rule in every component: ``means`` (c, 8) and ``covariances`` (c, 8, 8) are updated.
 
     ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean
     after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The error of the state's
@@ -767,7 +783,7 @@ def renew_robot(
 
 @_inner
 def _pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
-    """Mean (7,) and covariance (7, 7) of a mixture of Gaussians with weights (c,) of sum one."""
+    """Mean (8,) and covariance (8, 8) of a mixture of Gaussians with weights (c,) of sum one."""
     mean, covariance = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))
     for c in range(weights.shape[0]):
         for a in range(ERRORS):

@@ -72,7 +72,7 @@ def switched(
 def advance(
     seconds: float, places: FloatArray, covariances: FloatArray, motions: FloatArray
 ) -> None:
-    """Move what moves: places (c, 3), covariances (c, 7, 7) and columns (c, 10) change."""
+    """Move what moves: places (c, 3), covariances (c, 8, 8) and columns (c, 10) change."""
     which = np.flatnonzero(moving(motions))
     if len(which) == 0:
         return
@@ -95,7 +95,7 @@ def corrected(
 ) -> FloatArray:
     """Columns (c, 10) after a scan, whose places it shifted (c, 2).
 
-    Covariances (c, 7, 7) are those before and after it.
+    Covariances (c, 8, 8) are those before and after it.
     """
     which = np.flatnonzero(moving(motions))
     if len(which) == 0:
@@ -145,5 +145,5 @@ def shared(
 
 
 def _planar(which: IntArray) -> tuple[IntArray, ...]:
-    """Indices of the blocks (n, 2, 2) of x and y in some covariances (c, 7, 7)."""
+    """Indices of the blocks (n, 2, 2) of x and y in some covariances (c, 8, 8)."""
     return np.ix_(which, PLANAR, PLANAR)

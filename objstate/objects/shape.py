@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
+FACING = 0.9  # cosine between a leaf's face and the way across it from which on it is one
 SAME_CORNER = 1e-5  # m; closer ends of segments are one corner
 # m from the free edge of a leaf between which a lever handle lies, how far it sticks out, and the
 # width of a leaf from which on it may have one
@@ -36,6 +37,7 @@ def shape_of(
     return kernels.Shape(
         np.ascontiguousarray(segments),
         _normals(segments),
+        _faces(segments) if is_leaf and len(segments) else np.zeros(len(segments)),
         corners,
         among,
         turn,
@@ -52,17 +54,34 @@ def _normals(segments: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.column_stack([-along[:, 1], along[:, 0]]) / lengths[:, None])
 
 
+def _faces(segments: FloatArray) -> FloatArray:
+    """(k,) m along its normal by which each segment of a leaf is off, for each m of thickness.
+
+    Both faces of a leaf that is thicker than modelled lie outwards by half of the difference.
+    """
+    _, across = _axes(segments.reshape(-1, 2))
+    middles = 0.5 * (segments[:, :2] + segments[:, 2:]) @ across
+    leaning = _normals(segments) @ across
+    outwards = 0.5 * np.sign(middles - 0.5 * (middles.min() + middles.max()))
+    return np.where(np.abs(leaning) > FACING, outwards * leaning, 0.0)
+
+
+def _axes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors (2,) along a leaf that hangs at the origin, by its corners (m, 2), and across."""
+    away = np.hypot(corners[:, 0], corners[:, 1])
+    far = corners[away > away.max() - 0.01].mean(axis=0)
+    along = far / np.hypot(*far)
+    return along, np.array([-along[1], along[0]])
+
+
 def _handle(corners: FloatArray) -> FloatArray:
     """(8, 4) the outlines of a lever handle on both faces of a leaf that hangs at the origin.
 
     None, (0, 4), on what has no corners or is too narrow.
     """
-    away = np.hypot(corners[:, 0], corners[:, 1])
-    if away.max(initial=0.0) < LEAST_WIDTH:
+    if np.hypot(corners[:, 0], corners[:, 1]).max(initial=0.0) < LEAST_WIDTH:
         return np.empty((0, 4))
-    far = corners[away > away.max() - 0.01].mean(axis=0)
-    along = far / np.hypot(*far)
-    across = np.array([-along[1], along[0]])
+    along, across = _axes(corners)
     width, faces = float((corners @ along).max()), corners @ across
     near, end = width - HANDLE[1], width - HANDLE[0]
     out = []

@@ -259,5 +259,5 @@ def _heavy(step: DoorStep) -> tuple[FloatArray, Table]:
 @cache
 def _errors() -> tuple[IntArray, IntArray, IntArray]:
     """The stored errors of a component, and the rows and columns of their covariance."""
-    errors = np.arange(kernels.ROBOT, kernels.ERRORS)
+    errors = np.array([kernels.STATE, kernels.ORIGIN, kernels.ORIGIN + 1, kernels.ZERO])
     return (errors, *np.triu_indices(len(errors)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -132,21 +132,25 @@ class _Spell(NamedTuple):
     last: int
 
 
-def movements(rests: Rests) -> list[Movement]:
-    """The movements of an object.
+def movements(rests: Rests, differs: Callable[[int, int], float]) -> list[Movement]:
+    """The movements of an object, of which something is to be seen.
+
+    ``differs(first, last)`` is the largest probability, at any moment from the first to the last,
+    that its state is another than at the first.
 
     Candidates lie between two spells in which it most probably rests in one component each: from
     the most certain moment of one spell to that of the next. With S(t) the probability that it
     rests from the first moment to t, and R(t) that it rests from t to the last one, it was moved
     with 1 - S(last). It had begun to move by t with (1 - S(t)) / (1 - S(last)), and had come to
     rest by t with (R(t) - R(first)) / (1 - R(first)). All of these follow from the chain without
-    approximation. An improbable movement joins its two spells.
+    approximation. An improbable movement joins its two spells, as does one that changed nothing.
     """
     shares, out = rests.shares, list[Movement]()
     current, *others = _spells(rests) or [_Spell(0, 0)]
     for following in others:
         movement = _between(rests, _surest(shares, current), _surest(shares, following))
-        if movement.probability >= LIKELY:
+        changed = differs(movement.before, movement.after)
+        if min(movement.probability, changed) >= LIKELY:
             out.append(movement)
             current = following
         else:

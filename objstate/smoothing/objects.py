@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
+from objstate.building.model import Kind
+from objstate.geometry import wrap
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.smoothing.doors import DoorHistory, smoothed_door
@@ -16,6 +21,8 @@ from objstate.smoothing.movements import (
     Rests,
     movements,
 )
+
+SAME_DEG, SAME_M = 1.0, 0.01  # by how much the states of doors differ that count as the same
 
 History = DoorHistory | FurnitureHistory
 
@@ -30,7 +37,21 @@ class Smoothed:
     @lazy
     def movements(self) -> list[Movement]:
         """When it was moved; their ``before`` and ``after`` are numbers of beliefs."""
-        return movements(self.rests)
+        return movements(self.rests, self._differs)
+
+    def _differs(self, first: int, last: int) -> float:
+        """Largest probability, at moments from first to last, of another state than at the first.
+
+        Furniture that was moved is in another component, and so in another place.
+        """
+        then, *others = self.beliefs[first : last + 1]
+        if then.item.kind is Kind.PLANAR:
+            return 1.0
+        off = then.states[:, 0] - then.median[0]
+        off = wrap(off) if then.item.wraps else off
+        same = math.radians(SAME_DEG) if then.item.kind is Kind.HINGED else SAME_M
+        far = np.abs(off) > same
+        return max((float(each.weights.values[far].sum()) for each in others), default=0.0)
 
 
 def smoothed(history: History, also_ns: Iterable[int] = ()) -> Smoothed:

@@ -14,11 +14,12 @@ from objstate.geometry import FloatArray
 from objstate.lazy import altered
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.mixture import DoorMixture, Doorway, States, Statics
+from objstate.objects.mixture_kernels import ERRORS, ORIGIN, STATE, ZERO
 from tests.rooms import door
 
 WIDE = Statics(0.03**2, math.radians(3.0) ** 2)
 NARROW = Statics(0.004**2, math.radians(0.5) ** 2)
-ERRORS = [4, 5, 6]
+STATIC = [ORIGIN, ORIGIN + 1, ZERO]  # the errors of hinge and bearing
 
 
 def mixture(seed: int) -> DoorMixture:
@@ -28,12 +29,12 @@ def mixture(seed: int) -> DoorMixture:
         Doorway(door("door", 0.0, 0.0, 0.0), DoorSettings(), BuildingErrorSettings()), WIDE
     )
     count = len(blank.means)
-    rows = rng.standard_normal((count, 4, 7)) / 0.01
-    prior = blank.covariances + 1e-4 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    rows = rng.standard_normal((count, 4, ERRORS)) / 0.01
+    prior = blank.covariances + 1e-4 * np.diag([1.0] * 3 + [0.0] * (ERRORS - 3))
     covariances = np.linalg.inv(np.linalg.inv(prior) + rows.transpose(0, 2, 1) @ rows)
     covariances = 0.5 * (covariances + covariances.transpose(0, 2, 1))
     resting, moving = rng.dirichlet(np.ones(2 * len(blank.resting))).reshape(2, -1)
-    means = rng.multivariate_normal(np.zeros(7), 1e-4 * np.eye(7), count)
+    means = rng.multivariate_normal(np.zeros(ERRORS), 1e-4 * np.eye(ERRORS), count)
     return altered(blank, resting=resting, moving=moving, means=means, covariances=covariances)
 
 
@@ -46,13 +47,13 @@ def exchanged(whole: DoorMixture, to: Statics) -> tuple[FloatArray, FloatArray, 
     whole = altered(
         whole, means=whole.means[:count], covariances=whole.covariances[:count], beyond=np.zeros(0)
     )
-    added = np.zeros((7, 7))
-    added[ERRORS, ERRORS] = 1.0 / np.array([to.hinge, to.hinge, to.bearing]) - 1.0 / np.array(
+    added = np.zeros((ERRORS, ERRORS))
+    added[STATIC, STATIC] = 1.0 / np.array([to.hinge, to.hinge, to.bearing]) - 1.0 / np.array(
         [WIDE.hinge, WIDE.hinge, WIDE.bearing]
     )
     covariances = np.linalg.inv(np.linalg.inv(whole.covariances) + added)
     means = whole.means - np.einsum("cij,jk,ck->ci", covariances, added, whole.means)
-    inside = np.eye(7) + added @ whole.covariances
+    inside = np.eye(ERRORS) + added @ whole.covariances
     spent = np.einsum("ci,ij,cj->c", whole.means, added, means)
     return -0.5 * np.log(np.linalg.det(inside)) - 0.5 * spent, means, covariances
 
@@ -69,8 +70,9 @@ def test_another_prior_is_added_information(seed: int) -> None:
     assert states.resting[1] == pytest.approx(whole.resting * factors / total, rel=1e-6)
     assert states.moving[1] == pytest.approx(whole.moving * factors / total, rel=1e-6)
     middles = whole.door.states
-    assert states.means[1] == pytest.approx(middles + means[:, 3] - means[:, 6], abs=1e-9)
-    both = covariances[:, 3, 3] + covariances[:, 6, 6] - 2.0 * covariances[:, 3, 6]
+    assert states.means[1] == pytest.approx(middles + means[:, STATE] - means[:, ZERO], abs=1e-9)
+    both = covariances[:, STATE, STATE] + covariances[:, ZERO, ZERO]
+    both -= 2.0 * covariances[:, STATE, ZERO]
     assert states.variances[1] == pytest.approx(both, rel=1e-6)
 
 

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from objstate.geometry import FloatArray
 from objstate.objects.latch_kernels import latch
+from objstate.objects.mixture_kernels import ERRORS, STATE, ZERO
 
 LOWER, UPPER, CELL = 0.0, 1.5, 0.5
 MIDDLES = np.array([0.25, 0.75, 1.25, LOWER, UPPER, -0.25, 1.75])  # cells, limits, beyond them
 CELLS, ATOM = 3, 3
 FREE = np.array([True, True, True, False, False, True, True])
-STATE, ZERO = 3, 6
 
 
 class Prior(NamedTuple):
@@ -31,9 +31,9 @@ class Prior(NamedTuple):
 
 def prior(rng: np.random.Generator) -> Prior:
     """Some Gaussians with errors that go together."""
-    root = rng.normal(scale=0.1, size=(len(MIDDLES), 7, 7))
-    covariances = root @ root.transpose(0, 2, 1) + 0.01 * np.eye(7)
-    means = rng.normal(scale=0.05, size=(len(MIDDLES), 7))
+    root = rng.normal(scale=0.1, size=(len(MIDDLES), ERRORS, ERRORS))
+    covariances = root @ root.transpose(0, 2, 1) + 0.01 * np.eye(ERRORS)
+    means = rng.normal(scale=0.05, size=(len(MIDDLES), ERRORS))
     return Prior(rng.dirichlet(np.ones(7)), rng.uniform(1e-4, 1e-2, 7), means, covariances)
 
 
@@ -53,7 +53,7 @@ def seen(
 
 def leaf_row(rng: np.random.Generator) -> FloatArray:
     """A reading of the leaf's place, beside errors of robot and hinge, but not of the bearing."""
-    row = np.append(rng.normal(size=6), 0.0)
+    row = np.append(rng.normal(size=ZERO), 0.0)
     row[STATE] = 1.0
     return row
 
@@ -96,7 +96,7 @@ def test_a_latched_door_is_a_free_one_given_that_it_stands_at_the_limit(
     evidence, mean, covariance = at_lower(before, *seen(before, row, value, variance))
 
     own, cov = before.means[component], before.covariances[component]
-    state = np.zeros(7)
+    state = np.zeros(ERRORS)
     state[STATE], state[ZERO] = 1.0, -1.0
     off = LOWER - MIDDLES[component] - own @ state
     spread = state @ cov @ state + before.widths[ATOM]
@@ -138,8 +138,8 @@ def test_the_evidence_of_several_scans_is_that_of_all_at_once(seed: int) -> None
 
 def test_a_cell_beyond_a_limit_counts_only_while_the_leaf_stands_there() -> None:
     rng = np.random.default_rng(0)
-    before = prior(rng)._replace(covariances=np.tile(1e-4 * np.eye(7), (7, 1, 1)))
-    means = np.zeros((7, 7))
+    before = prior(rng)._replace(covariances=np.tile(1e-4 * np.eye(ERRORS), (7, 1, 1)))
+    means = np.zeros((7, ERRORS))
     still, gone = means.copy(), means.copy()
     still[:, ZERO] = gone[:, ZERO] = -0.25  # the bearing explains a leaf at -0.25
     gone[5, STATE] = 0.35  # and would explain one at 0.1, where it began at the limit

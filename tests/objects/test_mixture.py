@@ -17,7 +17,7 @@ from objstate.lazy import altered
 from objstate.objects import mixture as mixtures
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.mixture import PACES, DoorMixture, Doorway, Statics
-from objstate.objects.mixture_kernels import GLASS, HANDLE, Beams, Noise, Shape
+from objstate.objects.mixture_kernels import GLASS, HANDLE, THICKNESS, Beams, Noise, Shape
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
 from objstate.sensing.surfaces import Surfaces
@@ -71,20 +71,24 @@ def shape(item: MovableObject, *, may_have_handle: bool = False) -> Shape:
 
 
 def read(
-    angle: float, hinge: FloatArray | None = None, rng: np.random.Generator | None = None
+    angle: float,
+    hinge: FloatArray | None = None,
+    rng: np.random.Generator | None = None,
+    pose: FloatArray = POSE,
+    thickness: float = 0.04,
 ) -> Beams:
     """What a laser reads of a door that stands alone, at an angle, perhaps hung elsewhere."""
-    true, rays = leaf(), fan(121)
+    true, rays = door("door", 0.0, 0.0, thickness=thickness), fan(121)
     if hinge is not None:
         true = true.hung_at(true.hinge + hinge)
     place = building(Mesh.empty(), true)
-    ranges = ExpectedRanges(place).scene({"door": np.array([angle])}, POSE[None], rays)[0]
+    ranges = ExpectedRanges(place).scene({"door": np.array([angle])}, pose[None], rays)[0]
     if rng is not None:
         ranges = ranges + SIGMA * rng.standard_normal(len(ranges))
-    origins, directions = cast_from(transform_from_pose(POSE), rays)
+    origins, directions = cast_from(transform_from_pose(pose), rays)
     nothing = np.full(len(rays), np.inf)
     return Beams(
-        POSE[:2].copy(),
+        pose[:2].copy(),
         np.ascontiguousarray(origins[:, :2]),
         np.ascontiguousarray(directions[:, :2]),
         np.where(ranges > RANGE_MAX, np.inf, ranges),
@@ -139,6 +143,23 @@ def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> No
     std = math.sqrt(across @ covariance @ across)
     assert across @ hinge == pytest.approx(across @ off, abs=3.0 * std + 0.003)
     assert std < 0.01
+
+
+@pytest.mark.parametrize("thickness", [0.02, 0.04, 0.07])
+def test_a_leaf_seen_from_both_sides_tells_its_thickness(thickness: float) -> None:
+    angle, behind, rng = math.radians(40.0), np.array([0.2, 1.6, -1.3]), np.random.default_rng(1)
+    mixture = DoorMixture.unknown(doorway(), STATICS)
+    for pose in (POSE, behind, POSE, behind):
+        for _ in range(8):
+            beams = read(angle, rng=rng, pose=pose, thickness=thickness)
+            own = shape(leaf(), may_have_handle=True)
+            mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, noise(), own)
+    best = int(np.argmax(mixture.weights))
+    std = math.sqrt(mixture.covariances[best, THICKNESS, THICKNESS])
+    assert std < 0.004
+    assert mixture.means[best, THICKNESS] == pytest.approx(thickness - 0.04, abs=3.0 * std + 0.002)
+    assert np.hypot(*mixture.hinge[0]) < 0.01
+    assert belief(mixture)[0] == pytest.approx(40.0, abs=0.5)
 
 
 @settings(max_examples=25, deadline=None)
