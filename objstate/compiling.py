@@ -39,8 +39,9 @@ def njit(**options: Any) -> Callable[[F], F]:
     def compiled(function: F) -> F:
         try:
             loop = numba.njit(cache=True, **options)(function)
-            stored = loop._cache._cache_file
-            stored._source_stamp = stored._source_stamp, digest_of(function.__module__)
+            if loop is not function:  # as it is where NUMBA_DISABLE_JIT is set
+                stored = loop._cache._cache_file
+                stored._source_stamp = stored._source_stamp, digest_of(function.__module__)
             return loop  # type: ignore[no-any-return]
         except RuntimeError:
             _tell()

@@ -87,7 +87,7 @@ def draw(
         ends = sorted(np.degrees([bearing(door, a) for a in (estimate.lower, estimate.upper)]))
         axes.add_patch(Wedge(door.origin[:2, 3], 1.2 * width, *ends, color=SECTOR, alpha=0.6, lw=0))
         style = {"color": LEAF, "lw": leaf_width, "solid_capstyle": "round"}
-        axes.plot(*leaf(door, estimate.mean, width), **style)
+        axes.plot(*leaf(door, estimate.value, width), **style)
         if state.truth is not None:
             axes.plot(*leaf(door, state.truth, 1.2 * width), color=TRUTH, lw=0.9)
     axes.set_aspect("equal")
@@ -110,7 +110,7 @@ def leaf(door: MovableObject, angle: float, length: float) -> FloatArray:
 
 def degrees(state: LatestState) -> float:
     """The estimated angle of a door."""
-    return float(np.degrees(state.estimate.mean))
+    return float(np.degrees(state.estimate.value))
 
 
 def name(axes: Axes, door: MovableObject, state: LatestState) -> None:

@@ -83,7 +83,7 @@ def _sights(estimates: pl.DataFrame, item: MovableObject) -> _Sights:
     rows = estimates.filter((pl.col("object") == item.name) & pl.col("observed"))
     rows = rows.filter(~pl.col("lost") & (pl.col("presence") >= LEAST_PRESENCE))
     by_coordinate = [rows.filter(pl.col("coordinate") == name) for name in item.coordinates]
-    states = np.column_stack([part["mean"].to_numpy() for part in by_coordinate])
+    states = np.column_stack([part["median"].to_numpy() for part in by_coordinate])
     stds = np.column_stack([part["std"].to_numpy() for part in by_coordinate])
     certain = (stds <= [SETTLED[_unit(name)] for name in item.coordinates]).all(axis=1)
     stamps = by_coordinate[0]["stamp"].to_numpy()[certain]

@@ -91,7 +91,7 @@ def test_a_result_holds_what_the_formats_say(estimated: Path) -> None:
     frame = pl.read_parquet(estimated / "estimates.parquet")
     assert frame.columns == [
         "stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed",
-        "fit", "presence", "lost", "p_closed", "p_localized",
+        "fit", "presence", "lost", "p_closed", "p_localized", "median",
     ]  # fmt: skip
     assert frame["object"].unique().to_list() == ["office_door"]
     summary = json.loads((estimated / "run.json").read_text())

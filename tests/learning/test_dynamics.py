@@ -29,14 +29,14 @@ def looks(
 ) -> pl.DataFrame:
     """Estimates of an object from one second to another at a value, for each span."""
     rows = [
-        {"stamp": round(1e9 * time), "object": name, "coordinate": coordinate, "mean": value}
+        {"stamp": round(1e9 * time), "object": name, "coordinate": coordinate, "median": value}
         for begin, end, value in spans
         for time in np.arange(begin, end, 1.0 / HZ)
     ]
     frame = pl.DataFrame(rows).with_columns(
         std=pl.lit(0.01),
-        lower=pl.col("mean") - 0.02,
-        upper=pl.col("mean") + 0.02,
+        lower=pl.col("median") - 0.02,
+        upper=pl.col("median") + 0.02,
         observed=True,
         fit=pl.lit(1.0),
         presence=pl.lit(1.0),

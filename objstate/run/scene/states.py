@@ -51,8 +51,10 @@ def shown_state(belief: ObjectBelief) -> FloatArray:
     The median of a door that could be open by any angle would be half open. Of equally likely states,
     the one nearest to that in which the model shows the object counts.
     """
-    if belief.last_observed_ns is not None or belief.item.kind is Kind.PLANAR:
-        return belief.median  # which is the mode of the prior of furniture
+    if belief.last_observed_ns is not None:
+        return belief.median
+    if belief.item.kind is Kind.PLANAR:
+        return belief.mean  # which is the mode of its prior
     weights = belief.weights.values
     likely = belief.states[weights >= AS_LIKELY * weights.max()]
     return np.asarray(likely[np.abs(likely - belief.item.home)[:, 0].argmin()])
