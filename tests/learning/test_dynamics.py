@@ -34,6 +34,7 @@ def looks(
         for time in np.arange(begin, end, 1.0 / HZ)
     ]
     frame = pl.DataFrame(rows).with_columns(
+        mean=pl.col("median"),
         std=pl.lit(0.01),
         lower=pl.col("median") - 0.02,
         upper=pl.col("median") + 0.02,
