@@ -59,23 +59,29 @@ def digest_of(module: str) -> str:
         if name in seen:
             continue
         seen.add(name)
-        source = _source_of(name)
-        digest.update(source.encode())
-        for package, names in IMPORTED.findall(source):
-            left += [package, *(f"{package}.{each}" for each in re.findall(r"\w+", names))]
+        source, imported = _source_of(name)
+        digest.update(source)
+        left += imported
     return digest.hexdigest()
 
 
 @cache
-def _source_of(module: str) -> str:
-    """The source of a module of this package, which isn't imported; empty for what is none."""
+def _source_of(module: str) -> tuple[bytes, list[str]]:
+    """A digest of the source of a module of this package, and what it imports from the package.
+
+    The module isn't imported. Both are empty for what is no module.
+    """
     path = Path(__file__).parent.joinpath(*module.split(".")[1:])
     for file in (path.with_suffix(".py"), path / "__init__.py"):
         try:
-            return file.read_text(encoding="utf-8")
+            source = file.read_text(encoding="utf-8")
         except OSError:
             continue
-    return ""
+        imported = list[str]()
+        for package, names in IMPORTED.findall(source):
+            imported += [package, *(f"{package}.{each}" for each in re.findall(r"\w+", names))]
+        return hashlib.sha256(source.encode()).digest(), imported
+    return b"", []
 
 
 def inner(**options: Any) -> Callable[[F], F]:

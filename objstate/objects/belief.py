@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from operator import le
@@ -146,15 +146,12 @@ class ObjectBelief:
             off, symmetry = np.empty_like(self.states), self.item.symmetry
             sampling.offsets(self.states, self.mean, symmetry.order, symmetry.centre, off)
             return off
-        return self._the_short_way(self.states - self.mean)
+        return self.relative_to(self.mean)
 
-    def _the_short_way(self, off: FloatArray) -> FloatArray:
-        """Differences (..., d) of states; those of directions below half a turn."""
-        if self.item.kind is Kind.PLANAR:
-            off[..., 2] = wrap(off[..., 2])
-        elif self.item.wraps:
-            off = wrap(off)
-        return off
+    def relative_to(self, state: FloatArray) -> FloatArray:
+        """(n, 1) samples of a door relative to a state (1,); the shorter way round if it wraps."""
+        off = self.states - state
+        return wrap(off) if self.item.wraps else off
 
     def unfolded(self) -> ObjectBelief:
         """The same belief with all states that look alike: a square table has four equal headings.
@@ -185,7 +182,16 @@ class ObjectBelief:
     @lazy
     def central(self) -> tuple[FloatArray, FloatArray]:
         """The bounds (d,) of ``CENTRAL``, as of any share."""
-        return self._interval(CENTRAL)
+        if self._is_line:
+            return self._interval_on_line(_tails(CENTRAL)[0])
+        lower, _, upper = self._usual_quantiles
+        return lower, upper
+
+    @lazy
+    def _usual_quantiles(self) -> FloatArray:
+        """(3, d) the lower bounds of ``CENTRAL``, medians and upper bounds, not on a line."""
+        below, above = _tails(CENTRAL)
+        return self._quantiles_of((below, 0.5, above))
 
     @lazy
     def median(self) -> FloatArray:
@@ -194,8 +200,7 @@ class ObjectBelief:
         A door whose median lies in the cell at a limit stands at the limit.
         """
         if not self._is_line:
-            off = [self._quantiles(k, np.array([0.5]))[0] for k in range(self.states.shape[1])]
-            return np.asarray(self.mean + off)
+            return np.asarray(self._usual_quantiles[1])
         middle, _ = lattice.interval(self.weights.values, *self.lattice[:2], 0.5)
         item, half = self.item, self.cell[0] / 2
         limits = [limit for limit in (item.lower, item.upper) if abs(middle - limit) <= half]
@@ -203,11 +208,14 @@ class ObjectBelief:
 
     def _interval(self, share: float) -> tuple[FloatArray, FloatArray]:
         if self._is_line:
-            return self._interval_on_line((1.0 - share) / 2.0)
-        tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
-        off = np.array([self._quantiles(k, tails) for k in range(self.states.shape[1])])  # (d, 2)
-        lower, upper = self.mean + off[:, 0], self.mean + off[:, 1]
+            return self._interval_on_line(_tails(share)[0])
+        lower, upper = self._quantiles_of(_tails(share))
         return lower, upper
+
+    def _quantiles_of(self, shares: Sequence[float]) -> FloatArray:
+        """(q, d) quantiles of each coordinate; a direction's lie around its mean."""
+        off = [self._quantiles(k, np.array(shares)) for k in range(self.states.shape[1])]
+        return np.asarray(self.mean + np.transpose(off))
 
     @property
     def _is_line(self) -> bool:
@@ -361,6 +369,11 @@ def checked_share(share: float) -> float:
     if not 0.0 < share <= 1.0:
         raise ValueError(f"a probability of {share} must be above 0 and at most 1")
     return share
+
+
+def _tails(share: float) -> tuple[float, float]:
+    """The shares below the bounds of a central share."""
+    return (1.0 - share) / 2.0, (1.0 + share) / 2.0
 
 
 def within_limits(item: MovableObject, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:

@@ -299,9 +299,7 @@ class DoorMixture:
         statics = statics if door.turn else Statics(statics.hinge, 0.0)
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
-        covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
-        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
-        covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing
+        _set_statics(covariances, statics)
         resting = door.prior
         return DoorMixture(
             door,
@@ -508,9 +506,7 @@ class DoorMixture:
         means[:, static] = 0.0
         covariances[:, static] = 0.0
         covariances[:, :, static] = 0.0
-        covariances[:, HINGE, HINGE] = self.statics.hinge * np.eye(2)
-        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
-        covariances[:, kernels.ZERO, kernels.ZERO] = self.statics.bearing
+        _set_statics(covariances, self.statics)
         return means, covariances
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
@@ -565,6 +561,13 @@ class DoorMixture:
         """The posterior of the state as weights of a lattice's states."""
         (weights,), (p_moving,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
+
+
+def _set_statics(covariances: FloatArray, statics: Statics) -> None:
+    """Set the variances of static errors in covariances (c, 8, 8) to those before any scan."""
+    covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
+    covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
+    covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing
 
 
 def _under_each(resting: FloatArray, moving: FloatArray) -> FloatArray:

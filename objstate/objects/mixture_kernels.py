@@ -2,9 +2,9 @@
 
 Component c has a placement (x, y, turn) of the object and a Gaussian over ``ERRORS`` numbers: the
 error of the robot's pose (x, y, yaw), the distance of the state from the component's middle, the
-offset of the object's origin (x, y), the error of a leaf's thickness, and that of its state's zero. A scan is linearized in
-these about the component's own mean, so that each component is updated as by an extended Kalman
-filter, and its evidence is Laplace's approximation of the integral.
+offset of the object's origin (x, y), the error of a leaf's thickness, and that of its state's zero.
+A scan is linearized in these about the component's own mean, so that each component is updated as
+by an extended Kalman filter, and its evidence is Laplace's approximation of the integral.
 """
 
 from __future__ import annotations

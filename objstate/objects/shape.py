@@ -67,7 +67,7 @@ def _faces(segments: FloatArray) -> FloatArray:
 
 
 def _axes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors (2,) along a leaf that hangs at the origin, by its corners (m, 2), and across."""
+    """Unit vectors (2,) along a leaf that hangs at the origin, and across; by corners (m, 2)."""
     away = np.hypot(corners[:, 0], corners[:, 1])
     far = corners[away > away.max() - 0.01].mean(axis=0)
     along = far / np.hypot(*far)

@@ -90,8 +90,8 @@ def _beside(part: Part, kind: str) -> bytes | None:
 
 def states_state(result: Path, filtered: bool) -> list[object]:
     """What changes when the states of a result do."""
-    smoothed = _table_state(result / SMOOTHED)
-    return _table_state(result / ESTIMATES) if filtered or len(smoothed) == 1 else smoothed
+    smoothed = result / SMOOTHED
+    return _table_state(result / ESTIMATES if filtered or not smoothed.exists() else smoothed)
 
 
 def _table_state(path: Path) -> list[object]:
@@ -100,7 +100,7 @@ def _table_state(path: Path) -> list[object]:
     if len(state) == 1:
         return state
     with path.open("rb") as file:
-        file.seek(-min(FOOTER, path.stat().st_size), os.SEEK_END)
+        file.seek(max(file.seek(0, os.SEEK_END) - FOOTER, 0))
         return [*state, zlib.crc32(file.read())]
 
 

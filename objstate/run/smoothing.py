@@ -14,15 +14,8 @@ from objstate.smoothing import History, Movement, smoothed
 if TYPE_CHECKING:
     import polars as pl
 
-STATES = (  # columns that smoothing changes
-    "mean",
-    "std",
-    "lower",
-    "upper",
-    "presence",
-    "p_closed",
-    "median",
-)
+# columns that smoothing changes
+STATES = ("mean", "std", "lower", "upper", "presence", "p_closed", "median")
 
 
 def write_smoothed(folder: Path, histories: Mapping[str, History]) -> None:

@@ -132,11 +132,11 @@ class _Spell(NamedTuple):
     last: int
 
 
-def movements(rests: Rests, differs: Callable[[int, int], float]) -> list[Movement]:
-    """The movements of an object, of which something is to be seen.
+def movements(rests: Rests, differs: Callable[[int, int], float] | None = None) -> list[Movement]:
+    """The movements of an object.
 
     ``differs(first, last)`` is the largest probability, at any moment from the first to the last,
-    that its state is another than at the first.
+    that its state is another than at the first; without it all movements changed something.
 
     Candidates lie between two spells in which it most probably rests in one component each: from
     the most certain moment of one spell to that of the next. With S(t) the probability that it
@@ -149,8 +149,9 @@ def movements(rests: Rests, differs: Callable[[int, int], float]) -> list[Moveme
     current, *others = _spells(rests) or [_Spell(0, 0)]
     for following in others:
         movement = _between(rests, _surest(shares, current), _surest(shares, following))
-        changed = differs(movement.before, movement.after)
-        if min(movement.probability, changed) >= LIKELY:
+        if movement.probability >= LIKELY and (
+            differs is None or differs(movement.before, movement.after) >= LIKELY
+        ):
             out.append(movement)
             current = following
         else:

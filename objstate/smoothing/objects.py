@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.building.model import Kind
-from objstate.geometry import wrap
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.smoothing.doors import DoorHistory, smoothed_door
@@ -47,10 +46,8 @@ class Smoothed:
         then, *others = self.beliefs[first : last + 1]
         if then.item.kind is Kind.PLANAR:
             return 1.0
-        off = then.states[:, 0] - then.median[0]
-        off = wrap(off) if then.item.wraps else off
         same = math.radians(SAME_DEG) if then.item.kind is Kind.HINGED else SAME_M
-        far = np.abs(off) > same
+        far = np.abs(then.relative_to(then.median)[:, 0]) > same
         return max((float(each.weights.values[far].sum()) for each in others), default=0.0)
 
 

@@ -165,7 +165,7 @@ def seen(leaf: Doorway, seconds: list[float], places: list[int | None]) -> Chain
 def test_a_door_moved_unseen_gives_one_movement_over_the_time_unseen() -> None:
     leaf = doorway(door("door", 0.0, 0.0), Dynamics(moves_per_hour=2.0))
     chain = seen(leaf, [0.0, 0.2, 0.2, 60.0, 0.2, 0.2], [5, 5, 5, 20, 20, 20])
-    (movement,) = movements(DoorRests([(1.0, chain)]), lambda first, last: 1.0)
+    (movement,) = movements(DoorRests([(1.0, chain)]))
     assert movement.probability > 0.99
     begin, end = chain.stamps_ns[[2, 3]]
     assert begin < movement.from_ns < begin + 6 * SECOND
@@ -178,7 +178,7 @@ def test_a_door_moved_unseen_gives_one_movement_over_the_time_unseen() -> None:
 def test_a_door_that_stands_gives_no_movement_however_long_it_is_unseen() -> None:
     leaf = doorway(door("door", 0.0, 0.0), Dynamics(moves_per_hour=2.0))
     chain = seen(leaf, [0.0, 0.2, 0.2, 600.0, 0.2], [5, 5, 5, 5, 5])
-    assert movements(DoorRests([(1.0, chain)]), lambda first, last: 1.0) == []
+    assert movements(DoorRests([(1.0, chain)])) == []
 
 
 def test_a_movement_that_changed_nothing_joins_its_spells() -> None:
@@ -191,7 +191,7 @@ def test_two_movements_with_a_stop_between_are_two() -> None:
     leaf = doorway(door("door", 0.0, 0.0), Dynamics(moves_per_hour=2.0))
     places = [5] * 3 + [20] * 10 + [5] * 3
     chain = seen(leaf, [0.0, 0.5, 0.5, *([3.0] + [0.5] * 9), *([3.0] + [0.5] * 2)], places)
-    first, second = movements(DoorRests([(1.0, chain)]), lambda first, last: 1.0)
+    first, second = movements(DoorRests([(1.0, chain)]))
     assert first.to_ns < second.from_ns
     assert np.argmax(chain.resting[first.after]) == np.argmax(chain.resting[second.before]) == 20
 

@@ -106,7 +106,7 @@ def test_furniture_moved_or_taken_away_unseen_is_one_movement(place: int, presen
     steps += [step(own, t, after) for t in (100.0, 101.0, 102.0)]
     result = smoothed(steps)
     rests = FurnitureRests(result.stamps_ns, result.mixtures, result.stays)
-    (movement,) = movements(rests, lambda first, last: 1.0)
+    (movement,) = movements(rests)
     assert movement.probability > 0.99
     assert 2 * SECOND < movement.from_ns < 10 * SECOND
     assert 90 * SECOND < movement.to_ns < 100 * SECOND
@@ -118,9 +118,4 @@ def test_furniture_moved_or_taken_away_unseen_is_one_movement(place: int, presen
 def test_furniture_that_stands_has_no_movement() -> None:
     own, known = piece(0.5), np.array([1e-6, 1.0 - 3e-6, 1e-6, 1e-6])
     result = smoothed([step(own, t, known) for t in (0.0, 1.0, 500.0, 501.0)])
-    assert (
-        movements(
-            FurnitureRests(result.stamps_ns, result.mixtures, result.stays), lambda first, last: 1.0
-        )
-        == []
-    )
+    assert movements(FurnitureRests(result.stamps_ns, result.mixtures, result.stays)) == []

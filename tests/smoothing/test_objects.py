@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
-from objstate.config import DoorSettings, Dynamics
+from objstate.config import Dynamics
 from objstate.objects import ObjectBelief
-from objstate.objects.doors import LatticeFilter
-from objstate.particles import Weights
 from objstate.smoothing.movements import DoorRests
 from objstate.smoothing.objects import Smoothed
-from tests.rooms import door
+from tests.objects.test_belief import DOOR, lattice
 from tests.smoothing.test_chain import doorway, seen
 
-DOOR = door("door", 0.0, 0.0)
 
-
-def at(angle_deg: float) -> ObjectBelief:
-    prior = LatticeFilter(DOOR, DoorSettings()).prior(np.random.default_rng(0))
-    off = prior.states[:, 0] - np.radians(angle_deg)
-    return prior.with_weights(Weights.of(norm.pdf(off / np.radians(0.1))))
+def narrow(angle_deg: float) -> ObjectBelief:
+    return lattice(mean=np.radians(angle_deg), std=np.radians(0.1), resolution_deg=0.25)
 
 
 @pytest.mark.parametrize(
@@ -36,5 +29,5 @@ def at(angle_deg: float) -> ObjectBelief:
 def test_a_movement_is_listed_where_the_state_was_another(angles: list[float], listed: int) -> None:
     leaf = doorway(DOOR, Dynamics(moves_per_hour=2.0))
     chain = seen(leaf, [0.0, 0.2, 60.0, 0.2], [5, 5, 6, 6])
-    item = Smoothed([at(angle) for angle in angles], DoorRests([(1.0, chain)]))
+    item = Smoothed([narrow(angle) for angle in angles], DoorRests([(1.0, chain)]))
     assert len(item.movements) == listed

@@ -48,8 +48,8 @@ AS_LIKELY = 1.0 - 1e-6  # of the largest weight: a weight as large is equal but 
 def shown_state(belief: ObjectBelief) -> FloatArray:
     """The state (d,) in which an object is shown: the median, or before it was ever seen the mode.
 
-    The median of a door that could be open by any angle would be half open. Of equally likely states,
-    the one nearest to that in which the model shows the object counts.
+    The median of a door that could be open by any angle would be half open. Of equally likely
+    states, the one nearest to that in which the model shows the object counts.
     """
     if belief.last_observed_ns is not None:
         return belief.median
