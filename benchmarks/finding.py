@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.floors import Floor, furnished, make_drives, make_floor, with_sliding
+from benchmarks.floors import Floor, entered, furnished, make_drives, make_floor, with_sliding
 from benchmarks.independent.__main__ import seeds_of
 from objstate.building.door_table import Door
 from objstate.discovery import learn_doors
@@ -57,7 +57,7 @@ def compare(floor: Floor, found: Sequence[Candidate], tally: Tally) -> None:
     left = [each for each in found if each.probability > 0.5]
     tally.doors += len(floor.doors)
     tally.sliding += sum(door.slides for door in floor.doors)
-    for door in floor.doors:
+    for door in floor.doors_in_map:
         along, middle = closed(door)
         near = sorted(left, key=lambda each: float(np.hypot(*(closed(each.door)[1] - middle))))
         if not near or np.hypot(*(closed(near[0].door)[1] - middle)) > door.width / 2.0:
@@ -116,6 +116,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=seeds_of, default=seeds_of("1:5"))
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
     parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
+    parser.add_argument("--entered", action="store_true", help="rooms entered, a turned map")
     parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
     given = parser.parse_args()
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
@@ -132,6 +133,8 @@ def main() -> None:
                 with_sliding(floor, seed)
             if given.furnished:
                 furnished(floor, seed)
+            if given.entered:
+                entered(floor, seed)
             with tempfile.TemporaryDirectory() as scratch:
                 folder = (given.keep or Path(scratch)) / f"{seed}_{count}"
                 folder.mkdir(parents=True, exist_ok=True)

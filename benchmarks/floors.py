@@ -6,7 +6,8 @@ several thicknesses, so that some closed leaves lie flush with the corridor's wa
 
 Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floors have rooms full of
 desks, chairs and shelves, and the robot drives into half of them. On ``with_sliding`` floors half of
-the doors slide: along the corridor's wall, in it, or behind it.
+the doors slide: along the corridor's wall, in it, or behind it. On ``entered`` floors the robot drives
+into most rooms that are open on that day, and the map isn't made along the walls.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Building, Mesh
 from objstate.building.shapes import Box
 from objstate.building.writing import write_buildings
-from objstate.geometry import transform_from_pose
+from objstate.geometry import FloatArray, compose, transform_from_pose
 from objstate.logs import open_log
 from objstate.recording.tum import read_tum
 from objstate.records import Scan
@@ -38,6 +39,8 @@ OVERLAP, BESIDE_WALL = 0.03, 0.04
 SLIT = 0.01  # m between a leaf and its frame
 DEPTH = 3.5  # m, of rooms
 MAP_SCANS = 3  # every so many scans of the mapping drive count
+ENTERED = 0.8  # of the rooms of an ``entered`` floor that are open
+WIDE_OPEN = math.radians(80.0)  # so that a robot can pass
 
 LASER = """\
   - frame: laser
@@ -84,7 +87,9 @@ class Floor:
     half: float = 0.0
     rooms: list[Room] = field(default_factory=list)  # that a robot may enter
     furniture: list[Piece] = field(default_factory=list)
-    visited: list[Room] = field(default_factory=list)
+    visited: list[Room] = field(default_factory=list)  # in every drive
+    is_entered: bool = False  # in each drive where it is open
+    turn: float = 0.0  # rad, of the map's frame
 
     @property
     def building(self) -> Building:
@@ -100,6 +105,23 @@ class Floor:
         )
         leaves = {door.name: leaf_of_door(door, LEAF, LEAF_HEIGHT) for door in self.doors}
         return Building("floor", walls, leaves)
+
+    @property
+    def doors_in_map(self) -> list[Door]:
+        """Its doors, in the frame of the map."""
+        return [
+            replace(
+                door,
+                hinge=compose(self.map_pose, np.array([*door.hinge, 0.0]))[:2],
+                closed_bearing=door.closed_bearing + self.turn,
+            )
+            for door in self.doors
+        ]
+
+    @property
+    def map_pose(self) -> FloatArray:
+        """(3,) of the floor in the map."""
+        return np.array([0.0, 0.0, self.turn])
 
 
 def make_floor(seed: int) -> Floor:
@@ -195,14 +217,30 @@ def with_sliding(floor: Floor, seed: int) -> Floor:
     return floor
 
 
+def entered(floor: Floor, seed: int) -> Floor:
+    """The floor with a few things in its rooms, which are entered where they are open; its map is turned."""
+    rng = np.random.default_rng([seed, 15])
+    _furnish(floor, rng, (1, 5))
+    floor.is_entered = True
+    floor.turn = float(rng.uniform(0.04, 0.5) * rng.choice([-1.0, 1.0]))
+    return floor
+
+
 def furnished(floor: Floor, seed: int) -> Floor:
     """The floor with desks, chairs, shelves and cabinets in its rooms, half of which are visited."""
     rng = np.random.default_rng([seed, 13])
+    _furnish(floor, rng, (6, 15), visited=0.5)
+    return floor
+
+
+def _furnish(
+    floor: Floor, rng: np.random.Generator, counts: tuple[int, int], visited: float = 0.0
+) -> None:
     for room in floor.rooms:
         middle = (room.gap[0] + room.gap[1]) / 2
         near, far = room.depth
         wide = room.x1 - room.x0
-        for _ in range(int(rng.integers(6, 15))):
+        for _ in range(int(rng.integers(*counts))):
             kind = rng.choice(["desk", "shelf", "cabinet", "partition", "chair", "chair"])
             length, width = {
                 "desk": (rng.uniform(1.2, 1.8), 0.8),
@@ -228,9 +266,8 @@ def furnished(floor: Floor, seed: int) -> Floor:
             if abs(x - middle) < 0.65 + reach[0] / 2 and y - reach[1] / 2 < near + 2.1:
                 continue
             floor.furniture += _parts(str(kind), x, room.side * y, yaw, length, width, rng)
-        if rng.random() < 0.5:
+        if rng.random() < visited:
             floor.visited.append(room)
-    return floor
 
 
 def _parts(
@@ -310,13 +347,13 @@ def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float)
         if not (folder / f"drive{number}").is_dir():
             simulate(scene, folder / f"drive{number}")
     logs = [folder / f"drive{number}" / "log.mcap" for number in range(1, count + 1)]
-    return Drives(make_map(folder / "drive0", folder), logs, states)
+    return Drives(make_map(folder / "drive0", folder, floor.map_pose), logs, states)
 
 
-def make_map(drive: Path, folder: Path) -> Path:
-    """The map of a drive whose true path is known."""
+def make_map(drive: Path, folder: Path, pose: FloatArray) -> Path:
+    """The map of a drive whose true path is known, in a frame in which the building has a pose (3,)."""
     path = read_tum(drive / "path.tum")
-    poses = dict(zip(path.stamps_ns.tolist(), path.poses, strict=True))
+    poses = dict(zip(path.stamps_ns.tolist(), compose(pose, path.poses), strict=True))
     scans = [each for each in open_log([drive / "log.mcap"]) if isinstance(each, Scan)]
     placed = [replace(scan, odometry=poses[scan.stamp_ns]) for scan in scans[::MAP_SCANS]]
     return write_map(placed, folder)
@@ -335,7 +372,15 @@ def _scene(
         (ends[0], aside[0]), (floor.length / 2, aside[1]), (ends[1], aside[1]),
         (floor.length / 2, aside[2]), (ends[0], aside[3]),
     ]  # fmt: skip
-    for room in floor.visited:
+    visited = floor.visited
+    if floor.is_entered:
+        upper = {door.name: door.upper if door.slides else WIDE_OPEN for door in floor.doors}
+        visited = [
+            room
+            for room in floor.rooms
+            if all(state[name] >= upper[name] for name in room.doors) and rng.random() < ENTERED
+        ]
+    for room in visited:
         middle, inside = sum(room.gap) / 2, room.side * (room.depth[0] + 1.4)
         points += [(middle, 0.0), (middle, inside), (middle, 0.0)]
     points = [points[0], *(b for a, b in pairwise(points) if math.dist(a, b) > 0.05)]

@@ -88,7 +88,7 @@ def gather(
     Raises LogError where the robot was localized nowhere.
     """
     records, estimator = open_run([log], replace(walls, objects={}), run)
-    kept: list[Beams] = []
+    kept: list[tuple[int, Beams]] = []
     last: dict[str, FloatArray] = {}
     began_ns: int | None = None
     for record in records:
@@ -104,12 +104,16 @@ def gather(
         if not is_known or not _is_elsewhere(last.get(record.laser), robot.mean):
             continue
         last[record.laser] = robot.mean
-        kept.append(_placed(record, robot.mean, seconds, len(kept)))
-    if not kept:
+        kept.append((record.stamp_ns, _placed(record, robot.mean, seconds)))
+    # that the robot was elsewhere is found out later
+    lost = np.reshape(estimator.lost, (-1, 2))
+    right = [part for ns, part in kept if not np.any((lost[:, 0] <= ns) & (ns <= lost[:, 1]))]
+    if not right:
         raise LogError(
             f"The robot was localized nowhere in {log}; see with `objstate estimate` what is wrong."
         )
-    return Beams(*(np.concatenate([getattr(p, name) for p in kept]) for name in NAMES))
+    scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
+    return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
 
 
 def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:
@@ -119,7 +123,7 @@ def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:
     return bool(np.hypot(x, y) >= SPACING or abs(turn) >= SPACING_YAW)
 
 
-def _placed(scan: Scan, pose: FloatArray, seconds: float, number: int) -> Beams:
+def _placed(scan: Scan, pose: FloatArray, seconds: float) -> Beams:
     index = np.flatnonzero(scan.valid)
     origins, directions = cast_from(transform_from_pose(pose), scan.rays.take(index))
     level = np.hypot(directions[:, 0], directions[:, 1]).clip(min=1e-9)
@@ -129,7 +133,7 @@ def _placed(scan: Scan, pose: FloatArray, seconds: float, number: int) -> Beams:
         directions=directions[:, :2] / level[:, None],
         ranges=scan.ranges[index] * level,
         reach=np.full(count, scan.range_max) * level,
-        scan=np.full(count, number),
+        scan=np.zeros(count, dtype=np.int64),
         drive=np.zeros(count, dtype=np.int64),
         seconds=np.full(count, seconds),
     )
