@@ -8,7 +8,15 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from objstate.batch import BatchOptions, Ended, Leftover, Progressed, gather, run_batch
+from objstate.batch import (
+    BatchOptions,
+    Ended,
+    Leftover,
+    Progressed,
+    Requested,
+    gather,
+    run_batch,
+)
 from objstate.batch.addresses import fetched, size_of
 from objstate.config import Settings
 from objstate.errors import OutageError, ResultError
@@ -50,6 +58,12 @@ def batch(
     told: list[Leftover] = []
     result = run_batch(requested, out, BatchOptions(**options), told.append, on_event)
     return told[0], {each.name: each.status for each in result.outcomes}
+
+
+def asked(drives: Drives, count: int, run: RunOptions | None = None) -> list[Requested]:
+    """The first drives, named as in a batch of all."""
+    logs = [str(log) for log in drives.logs[:count]]
+    return gather(logs, str(drives.building), str(drives.folder), run or RunOptions())
 
 
 def combined(folder: Path) -> dict[str, bytes]:
@@ -119,11 +133,10 @@ def test_other_settings_are_refused_or_make_results_anew(
     with pytest.raises(ResultError, match=r"settings\.localization\.max_particles.*--overwrite"):
         batch(drives, by_two, RunOptions(settings=SLIM))
     assert combined(by_two) == before
-    one = gather([str(drives.logs[0])], str(drives.building), None, RunOptions(settings=SLIM))
-    run_batch(one, tmp_path / "own", BatchOptions())
-    again = gather([str(drives.logs[0])], str(drives.building), None, RunOptions())
+    shutil.copytree(by_two, tmp_path / "own")
+    again = asked(drives, 1, RunOptions(settings=SLIM))
     result = run_batch(again, tmp_path / "own", BatchOptions(overwrite=True))
-    assert result.ran == ("log",)
+    assert result.ran == ("drive_0",)
 
 
 def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
@@ -149,18 +162,16 @@ def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
 
 
 def test_results_that_are_made_anew_stay_until_there_are_new_ones(
-    drives: Drives, tmp_path: Path
+    drives: Drives, by_two: Path, tmp_path: Path
 ) -> None:
-    logs = [str(drives.logs[0]), str(drives.logs[1])]
-    requested = gather(logs, str(drives.building), None, RunOptions())
-    run_batch(requested, tmp_path / "out", BatchOptions(workers=2))
+    shutil.copytree(by_two, tmp_path / "out")
     before = combined(tmp_path / "out")
 
     def interrupt(event: object) -> None:
         if isinstance(event, Progressed):
             raise KeyboardInterrupt
 
-    slim = gather(logs, str(drives.building), None, RunOptions(settings=SLIM))
+    slim = asked(drives, 2, RunOptions(settings=SLIM))
     anew = BatchOptions(overwrite=True, workers=1)
     with pytest.raises(KeyboardInterrupt):
         run_batch(slim, tmp_path / "out", anew, on_event=interrupt)
@@ -184,8 +195,7 @@ def test_an_old_result_does_not_count_for_a_log_that_now_fails(
 
 
 def test_a_full_disk_leaves_logs_to_be_run_later(drives: Drives, tmp_path: Path) -> None:
-    logs = [str(log) for log in drives.logs]
-    requested = gather(logs, str(drives.building), str(drives.folder), RunOptions())
+    requested = asked(drives, COUNT)
     out = tmp_path / "out"
     with (
         ExitStack() as disk,
@@ -201,15 +211,15 @@ def test_a_full_disk_leaves_logs_to_be_run_later(drives: Drives, tmp_path: Path)
         "not run"
     ] * COUNT
     assert list((out / "logs").iterdir()) == []
-    result = run_batch(requested, out, BatchOptions(workers=2))
+    result = run_batch(requested, out)
     assert (len(result.ran), result.failed) == (COUNT, [])
 
 
 def test_a_batch_that_is_killed_as_it_starts_is_a_batch_still(
-    drives: Drives, tmp_path: Path
+    drives: Drives, by_two: Path, tmp_path: Path
 ) -> None:
-    requested = gather([str(drives.logs[0])], str(drives.building), None, RunOptions())
-    run_batch(requested, tmp_path / "out")
+    shutil.copytree(by_two, tmp_path / "out")
+    requested = asked(drives, 1)
     before = (tmp_path / "out" / "batch.json").read_text()
     workshop = tmp_path / "out" / f"{WORKSHOP}0000"
     (workshop / "new").mkdir(parents=True)
