@@ -152,6 +152,15 @@ def serve(tmp_path: Path, hall: tuple[Path, Path]) -> Iterator[Serve]:
 
 
 @pytest.fixture(scope="module")
+def blank(tmp_path_factory: pytest.TempPathFactory, hall: tuple[Path, Path]) -> Iterator[Service]:
+    """A service that knows of no drive but those that tests send."""
+    folder = tmp_path_factory.mktemp("blank")
+    service = Service(folder, hall[0], str(folder / "world.db"))
+    yield service
+    service.kill()
+
+
+@pytest.fixture(scope="module")
 def taught(tmp_path_factory: pytest.TempPathFactory, hall: tuple[Path, Path]) -> Iterator[Service]:
     """A service that was taught by one drive."""
     folder = tmp_path_factory.mktemp("taught")

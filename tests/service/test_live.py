@@ -21,7 +21,10 @@ from objstate.client import Client
 from objstate.geometry import rpy_from_rotation
 from objstate.logs import open_log, open_messages
 from objstate.records import InitialPose, Odometry, Scan
+from tests.cli.conftest import Run, run
 from tests.service.conftest import PATIENCE_S, ROOT, Serve, Service
+
+__all__ = ["run"]
 
 pytest.importorskip("foxglove", reason="Foxglove's SDK is not installed")
 
@@ -95,7 +98,7 @@ def scans_in(log: Path) -> int:
 
 
 def test_a_robot_with_foxglove_bridge_gives_the_drive_that_its_log_gives(
-    serve: Serve, hall: tuple[Path, Path], robot: int
+    serve: Serve, hall: tuple[Path, Path], robot: int, taught: Service
 ) -> None:
     service = serve(None, "--foxglove", f"r1=ws://127.0.0.1:{robot}")
     until(service, "/v1/robots", lambda told: told["robots"][0].get("state") == "estimating")
@@ -111,13 +114,10 @@ def test_a_robot_with_foxglove_bridge_gives_the_drive_that_its_log_gives(
     known = service.ask("/v1/objects/door").json
     assert known["last_observed_ns"] >= live["last_observed_ns"]
 
+    # as a service that was sent the log
     asked = f"/v1/objects/door?samples=true&at={known['stamp_ns']}"
     weights = service.ask(asked).json["weights"]
-
-    alone = serve(str(service.folder / "other.db"), "--data", str(service.folder / "other"))
-    sent = alone.ask("/v1/drives", hall[1].read_bytes())
-    alone.until(sent.json["id"], "done")
-    assert alone.ask(asked).json["weights"] == weights
+    assert taught.ask(asked).json["weights"] == weights
 
 
 def test_records_are_taken_as_a_log_and_survive_a_kill(
@@ -256,10 +256,9 @@ def test_live_drives_are_shown_to_foxglove(
 
 
 def test_an_address_that_is_none_is_refused_at_once(
-    tmp_path: Path, hall: tuple[Path, Path]
+    run: Run, tmp_path: Path, hall: tuple[Path, Path]
 ) -> None:
-    command = [sys.executable, str(ROOT / "cli.py"), "serve", "--building", str(hall[0])]
-    command += ["--world", str(tmp_path / "w.db"), "--foxglove", "r1=10.0.0.7"]
-    refused = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert refused.returncode == 1
-    assert "robot_1=ws://HOST:PORT" in refused.stderr
+    world = ("--world", tmp_path / "w.db")
+    refused = run("serve", "--building", hall[0], *world, "--foxglove", "r1=10.0.0.7")
+    assert refused.code == 1
+    assert "robot_1=ws://HOST:PORT" in refused.err

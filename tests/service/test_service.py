@@ -8,10 +8,13 @@ import re
 import sqlite3
 import time
 import urllib.request
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pytest
 
+from objstate.cli import main
 from tests.service.conftest import Serve, Service
 
 
@@ -103,13 +106,12 @@ def test_edges_and_doors_speak_the_words_of_nav2_and_rmf(taught: Service) -> Non
     assert set(taught.ask("/v1/doors?width=0.6").json["doors"]) == {"door"}
 
 
-def test_who_may_what(serve: Serve, hall: tuple[Path, Path], tmp_path: Path) -> None:
-    service = serve()
+def test_who_may_what(blank: Service, hall: tuple[Path, Path]) -> None:
+    service, world = blank, str(blank.folder / "world.db")
     assert service.ask("/v1/objects", token="nonsense").status == 401
     secrets = {}
     for role in ("read", "teach"):
-        run = _tokens("make", role, "--role", role, "--world", str(tmp_path / "world.db"))
-        secrets[role] = run.strip()
+        secrets[role] = _tokens("make", role, "--role", role, "--world", world).strip()
     assert service.ask("/v1/objects", token=secrets["read"]).status == 200
     assert service.ask("/v1/drives", b"x", token=secrets["read"]).status == 403
     drive = service.ask("/v1/drives", hall[1].read_bytes(), token=secrets["teach"]).json["id"]
@@ -118,10 +120,10 @@ def test_who_may_what(serve: Serve, hall: tuple[Path, Path], tmp_path: Path) -> 
     assert service.ask(path, method="DELETE", token=secrets["teach"]).status == 403
     assert service.ask(path, method="DELETE").status == 204
     assert service.ask(path).status == 404
-    listed = json.loads(_tokens("list", "--world", str(tmp_path / "world.db"), "--json"))
+    listed = json.loads(_tokens("list", "--world", world, "--json"))
     assert [token["role"] for token in listed] == ["admin", "read", "teach"]
     assert not any(secret in json.dumps(listed) for secret in secrets.values())
-    _tokens("revoke", listed[1]["id"], "--world", str(tmp_path / "world.db"))
+    _tokens("revoke", listed[1]["id"], "--world", world)
     time.sleep(1.1)
     assert service.ask("/v1/objects", token=secrets["read"]).status == 401
 
@@ -132,13 +134,12 @@ def test_a_page_of_somebody_else_may_not_ask(taught: Service) -> None:
 
 
 def test_a_damaged_log_fails_with_its_reason_and_the_next_goes_on(
-    serve: Serve, hall: tuple[Path, Path]
+    blank: Service, hall: tuple[Path, Path]
 ) -> None:
-    service = serve()
-    damaged = service.ask("/v1/drives", b"\x89MCAP0\r\n" + bytes(100)).json["id"]
-    good = service.ask("/v1/drives", hall[1].read_bytes()).json["id"]
-    assert service.until(damaged, "failed")["reason"]
-    assert service.until(good, "done", "failed")["state"] == "done"
+    damaged = blank.ask("/v1/drives", b"\x89MCAP0\r\n" + bytes(100)).json["id"]
+    good = blank.ask("/v1/drives", hall[1].read_bytes()).json["id"]
+    assert blank.until(damaged, "failed")["reason"]
+    assert blank.until(good, "done", "failed")["state"] == "done"
 
 
 def test_no_acknowledged_drive_is_lost_by_a_kill(
@@ -187,11 +188,10 @@ def test_more_requests_than_allowed_are_asked_to_wait(serve: Serve) -> None:
     assert 429 in answers
 
 
-def test_guessing_tokens_is_slow(serve: Serve) -> None:
-    service = serve()
-    answers = {service.ask("/v1/objects", token=f"guess {k}").status for k in range(20)}
+def test_guessing_tokens_is_slow(taught: Service) -> None:
+    answers = {taught.ask("/v1/objects", token=f"guess {k}").status for k in range(20)}
     assert answers == {401, 429}
-    assert service.ask("/v1/objects").status == 200
+    assert taught.ask("/v1/objects").status == 200
 
 
 def test_the_document_names_every_operation_and_health_needs_no_token(taught: Service) -> None:
@@ -206,15 +206,10 @@ def test_the_document_names_every_operation_and_health_needs_no_token(taught: Se
 
 
 def _tokens(*arguments: str) -> str:
-    import subprocess
-    import sys
-
-    from tests.service.conftest import ROOT
-
-    command = [sys.executable, str(ROOT / "cli.py"), "serve", "token", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    """What ``objstate serve token`` prints."""
+    with redirect_stdout(StringIO()) as out:
+        assert main(["serve", "token", *arguments]) == 0
+    return out.getvalue()
 
 
 def _events(service: Service, after: str, count: int) -> list[dict[str, str]]:

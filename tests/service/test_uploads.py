@@ -39,17 +39,17 @@ def test_an_upload_goes_on_after_a_kill(serve: Serve, hall: tuple[Path, Path]) -
     assert service.ask(path).status == 404
 
 
-def test_an_upload_that_isnt_what_was_announced_is_refused(taught: Service) -> None:
-    drives = len(taught.ask("/v1/drives").json["drives"])
-    path = f"/v1/uploads/{begin(taught, b'abc', 'ab' * 32)}"
-    wrong = taught.ask(path, b"abc", method="PATCH", headers={"Upload-Offset": "0"})
-    assert (wrong.status, taught.ask(path).status) == (400, 404)
-    path = f"/v1/uploads/{begin(taught, b'abc')}"
-    assert taught.ask(path, b"abcd", method="PATCH", headers={"Upload-Offset": "0"}).status == 413
-    assert taught.ask(path, b"abc", method="PATCH").status == 422
-    assert taught.ask(path, method="DELETE").status == 204
-    assert taught.ask("/v1/uploads", {"size": 10**15}).status == 413
-    assert len(taught.ask("/v1/drives").json["drives"]) == drives
+def test_an_upload_that_isnt_what_was_announced_is_refused(blank: Service) -> None:
+    drives = len(blank.ask("/v1/drives").json["drives"])
+    path = f"/v1/uploads/{begin(blank, b'abc', 'ab' * 32)}"
+    wrong = blank.ask(path, b"abc", method="PATCH", headers={"Upload-Offset": "0"})
+    assert (wrong.status, blank.ask(path).status) == (400, 404)
+    path = f"/v1/uploads/{begin(blank, b'abc')}"
+    assert blank.ask(path, b"abcd", method="PATCH", headers={"Upload-Offset": "0"}).status == 413
+    assert blank.ask(path, b"abc", method="PATCH").status == 422
+    assert blank.ask(path, method="DELETE").status == 204
+    assert blank.ask("/v1/uploads", {"size": 10**15}).status == 413
+    assert len(blank.ask("/v1/drives").json["drives"]) == drives
 
 
 def test_logs_dropped_in_a_watched_folder_are_taken_once(
