@@ -108,7 +108,7 @@ def test_doors_are_found_where_they_hang(
     tmp_path: Path,
 ) -> None:
     model, logs = drives
-    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 2)
+    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 1)
     assert done.code == 0, done.err
     assert all(name in done.out for name in TRUTH)
     better = load_building(tmp_path / "better" / "hall.urdf")
@@ -159,7 +159,7 @@ def test_furniture_that_never_moves_is_put_where_it_stands(run: Run, tmp_path: P
         scene = {"building": "hall.urdf", "seed": day, "route": ROUTE, "objects": objects}
         (tmp_path / f"day{day}.yaml").write_text(yaml.safe_dump(scene))
         logs.append(simulate(tmp_path / f"day{day}.yaml", tmp_path / f"day{day}").log)
-    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 2)
+    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 1)
     assert "Furniture" in done.out
     told = json.loads((tmp_path / "better" / "learn.json").read_text())["furniture"]
     pieces = {each["piece"]: each for each in told}
@@ -176,8 +176,8 @@ def test_it_goes_on_from_what_it_knows(
 ) -> None:
     model, logs = drives
     together, by_turns = tmp_path / "together", tmp_path / "by_turns"
-    run(*LEARN, *logs[:3], "--building", model, "--out", together)
-    run(*LEARN, *logs[:2], "--building", model, "--out", by_turns)
+    run(*LEARN, *logs[:3], "--building", model, "--out", together, "--jobs", 1)
+    run(*LEARN, *logs[:2], "--building", model, "--out", by_turns, "--jobs", 1)
     run(*LEARN, logs[2], logs[0], "--building", model, "--out", by_turns)  # one it knows already
     words = [json.loads((each / "learn.json").read_text()) for each in (together, by_turns)]
     assert len(words[1]["drives"]) == 3
