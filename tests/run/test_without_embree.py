@@ -8,6 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from objstate.cli import main
+from tests.cli.conftest import Outcome, Run, run
+
+__all__ = ["run"]
+
 ROOT = Path(__file__).parents[2]
 BUILDING = """
 <robot name="hall">
@@ -43,41 +48,50 @@ def hall(folder: Path, pitch: float) -> Path:
     return scene
 
 
-def objstate(*arguments: object, embree: bool) -> subprocess.CompletedProcess[str]:
-    start = ROOT / "cli.py" if embree else ROOT / "tests" / "without_embree.py"
-    return subprocess.run(
-        [sys.executable, start, *map(str, arguments)],
+def without_embree(*arguments: object) -> Outcome:
+    """The command line in a process that finds no embreex."""
+    done = subprocess.run(
+        [sys.executable, ROOT / "tests" / "without_embree.py", *map(str, arguments)],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
     )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture(scope="module")
+def level(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the hall and a drive of a level laser, which can also be simulated without."""
+    folder = tmp_path_factory.mktemp("level")
+    scene = hall(folder, pitch=0.0)
+    assert main(["simulate", str(scene), "--out", str(folder / "drive")]) == 0
+    simulated = without_embree("simulate", scene, "--out", folder / "without")
+    assert simulated.code == 0, simulated.err
+    return folder
 
 
 @pytest.mark.parametrize("start", [[], ["--global"]])
-def test_a_level_laser_gives_the_same_estimates(tmp_path: Path, start: list[str]) -> None:
-    scene = hall(tmp_path, pitch=0.0)
+def test_a_level_laser_gives_the_same_estimates(
+    run: Run, level: Path, tmp_path: Path, start: list[str]
+) -> None:
     tables = []
-    for embree in (True, False):
-        drive, out = tmp_path / f"drive{embree}", tmp_path / f"out{embree}"
-        simulated = objstate("simulate", scene, "--out", drive, embree=embree)
-        assert simulated.returncode == 0, simulated.stderr
-        log = tmp_path / "driveTrue" / "log.mcap"
-        common = ["--building", tmp_path / "hall.urdf", "--out", out, "--mcap", *start]
-        done = objstate("estimate", log, *common, embree=embree)
-        assert done.returncode == 0, done.stderr
-        tables.append((out / "estimates.parquet").read_bytes())
+    for name, estimate in (("with", run), ("without", without_embree)):
+        common = ["--building", level / "hall.urdf", "--out", tmp_path / name, "--mcap", *start]
+        done = estimate("estimate", level / "drive" / "log.mcap", *common)
+        assert done.code == 0, done.err
+        tables.append((tmp_path / name / "estimates.parquet").read_bytes())
     assert tables[0] == tables[1]
 
 
-def test_a_tilted_laser_is_an_error_that_names_the_cure(tmp_path: Path) -> None:
+def test_a_tilted_laser_is_an_error_that_names_the_cure(run: Run, tmp_path: Path) -> None:
     drive = tmp_path / "drive"
     scene = hall(tmp_path, pitch=0.1)
-    assert objstate("simulate", scene, "--out", drive, embree=True).returncode == 0
+    assert run("simulate", scene, "--out", drive).code == 0
     common = ["estimate", drive / "log.mcap", "--building", tmp_path / "hall.urdf"]
-    assert objstate(*common, "--out", tmp_path / "with", embree=True).returncode == 0
-    done = objstate(*common, "--out", tmp_path / "without", embree=False)
-    assert done.returncode == 1
-    assert "laser 'laser' aren't level" in done.stderr
-    assert "build it from source" in done.stderr
+    assert run(*common, "--out", tmp_path / "with").code == 0
+    done = without_embree(*common, "--out", tmp_path / "without")
+    assert done.code == 1
+    assert "laser 'laser' aren't level" in done.err
+    assert "build it from source" in done.err
     assert not (tmp_path / "without").exists()
