@@ -61,7 +61,7 @@ def test_from_a_store_into_a_store_the_figures_are_those_of_folders(
 ) -> None:
     logs = [str(log) for log in drives.logs]
     here = gather(logs, str(drives.building), str(drives.folder), RunOptions())
-    run_batch(here, tmp_path / "out", BatchOptions(workers=2))
+    run_batch(here, tmp_path / "out")
     there = gather([f"{bucket}/drives"], f"{bucket}/room.urdf", f"{bucket}/drives", RunOptions())
     assert [each.log.log for each in there] == [
         f"{bucket}/drives/drive_{n}/log.mcap" for n in range(COUNT)
