@@ -21,13 +21,17 @@ def written(number: int, value: Any, parts: int) -> list[str]:
 
 
 @settings(max_examples=40)
-@given(st.lists(st.tuples(data, st.integers(1, 2)), max_size=4), st.data())
+@given(
+    st.lists(st.tuples(data, st.integers(1, 2)), max_size=4),
+    st.lists(st.integers(0, 40), max_size=8),
+)
 def test_resumed_streams_lose_and_repeat_nothing(
-    sent: list[tuple[Any, int]], draws: st.DataObject
+    sent: list[tuple[Any, int]], cuts: list[int]
 ) -> None:
+    """Connections are cut after so many lines, but for the last."""
     heard: list[Event] = []
     assembly = Assembly()
-    while len(heard) < len(sent):
+    for cut in (*cuts, None):
         assembly.begin()
         after = int(assembly.last or 0)
         lines = [
@@ -36,7 +40,6 @@ def test_resumed_streams_lose_and_repeat_nothing(
             if number > after
             for line in [": still here", "", *written(number, value, parts)]
         ]
-        cut = draws.draw(st.integers(0, len(lines)))
         heard += [event for line in lines[:cut] if (event := assembly.feed(line)) is not None]
     assert [event.data for event in heard] == [value for value, _ in sent]
     assert [int(event.id) for event in heard] == list(range(1, len(sent) + 1))
