@@ -158,7 +158,7 @@ def test_ctrl_c_ends_a_batch_that_waits_for_workers(drives: Drives, tmp_path: Pa
 
 def test_logs_are_not_run_where_the_scheduler_goes_away(drives: Drives, tmp_path: Path) -> None:
     dask = pytest.importorskip("dask")
-    own = Cluster(tmp_path)
+    own = Cluster(tmp_path, workers=1)
     ended: list[str] = []
 
     def kill_it(event: object) -> None:
