@@ -11,14 +11,14 @@ import pytest
 
 from benchmarks.independent import metrics
 from benchmarks.independent.__main__ import main, seeds_of
-from benchmarks.independent.drive import OdometryErrors, corridor_drive, odometry
+from benchmarks.independent.drive import OdometryErrors, Route, corridor_drive, odometry
 from benchmarks.independent.lasers import Caster, rig, scans
 from benchmarks.independent.metrics import SECOND, Door, Durations, Estimates, Robot
 from benchmarks.independent.model import ModelErrors, model_of, urdf
 from benchmarks.independent.results import Measured, from_json, read_estimates, to_json
 from benchmarks.independent.scenarios import SCENARIOS
 from benchmarks.independent.shapes import all_edges, cast, cast_circles, overlap, placed, rectangle
-from benchmarks.independent.simulator import simulate
+from benchmarks.independent.simulator import GENERATOR, simulate, simulated
 from benchmarks.independent.table import comparison, paired_difference, table
 from benchmarks.independent.world import Course, World, WorldOptions, corridor
 from objstate import load_building
@@ -171,16 +171,14 @@ def test_every_scenario_gives_a_plan_for_every_seed(name: str) -> None:
 
 
 def test_a_drive_is_a_log_that_objstate_reads_and_the_same_again(tmp_path: Path) -> None:
-    contents = []
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        simulate(SCENARIOS["turning"](1), 1, tmp_path / name)
-        contents.append(
-            {path.name: path.read_bytes() for path in sorted((tmp_path / name).glob("*.[mtuj]*"))}
-        )
+    drives = [simulated("turning", 1, tmp_path / name) for name in ("a", "b")]
+    contents = [
+        {path.name: path.read_bytes() for path in sorted(drive.glob("*.[mtuj]*"))}
+        for drive in drives
+    ]
     assert contents[0] == contents[1]
-    facts = json.loads((tmp_path / "a" / "facts.json").read_text())
-    records = list(open_log([tmp_path / "a" / "log.mcap"]))
+    facts = json.loads((drives[0] / "facts.json").read_text())
+    records = list(open_log([drives[0] / "log.mcap"]))
     assert sum(isinstance(record, Scan) for record in records) > 5 * 50
     assert facts["doors"]
 
@@ -309,15 +307,18 @@ def test_seeds_are_ranges_and_single_ones() -> None:
 def test_a_run_prints_a_table_and_pairs_with_itself(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    figures = tmp_path / "a.json"
+    figures, drive = tmp_path / "a.json", tmp_path / "cache" / f"v{GENERATOR}" / "turning" / "1"
+    drive.mkdir(parents=True)
+    one_way = replace(SCENARIOS["turning"](1), route=Route(returns=False))
+    simulate(one_way, 1, drive)  # found in the cache
     arguments = ["--scenarios", "turning", "--seeds", "1", "--jobs", "1"]
     arguments += ["--cache", str(tmp_path / "cache"), "--keep", str(tmp_path / "kept")]
     assert main([*arguments, "--json", str(figures)]) == 0
-    drive, smoothed = from_json(figures.read_text())
-    assert (drive.table, smoothed.table) == ("estimates", "smoothed")
-    assert len(drive.finals) > 5
-    assert f"| turning | 1 | {len(drive.finals)} |" in capsys.readouterr().out
+    filtered, smoothed = from_json(figures.read_text())
+    assert (filtered.table, smoothed.table) == ("estimates", "smoothed")
+    assert len(filtered.finals) > 5
+    assert f"| turning | 1 | {len(filtered.finals)} |" in capsys.readouterr().out
     kept = read_estimates(tmp_path / "kept" / "turning" / "1" / "estimates.parquet")
-    assert sorted(kept) == [value.door for value in drive.finals]
+    assert sorted(kept) == [value.door for value in filtered.finals]
     assert main([*arguments, "--against", str(figures)]) == 0
     assert "| turning | 1 | +0.00" in capsys.readouterr().out
