@@ -38,9 +38,13 @@ def clutter(count: int, size: float, seed: int) -> Mesh:
     return Mesh.joined(boxes)
 
 
-def by_each_segment(walls: Mesh, pose: FloatArray) -> FloatArray:
+def lines_of(walls: Mesh) -> FloatArray:
+    """The segments (m, 4) of walls at the laser's height."""
+    return Sensing(building(walls), BeamModel(BeamModelSettings())).walls_at(0.3)
+
+
+def by_each_segment(lines: FloatArray, pose: FloatArray) -> FloatArray:
     """Ranges (n,) of every beam against every segment."""
-    lines = Sensing(building(walls), BeamModel(BeamModelSettings())).walls_at(0.3)
     origins, directions = cast_from(transform_from_pose(pose), BEAMS)
     return np.asarray(segments.cast(np.hstack([origins[:, :2], directions[:, :2]]), lines))
 
@@ -52,9 +56,9 @@ def test_ranges_are_those_of_all_segments(seed: int, spread: float, count: int) 
     walls = clutter(150, 8.0, seed)
     rng = np.random.default_rng(seed)
     poses = rng.uniform([-spread, -spread, -3.0], [spread, spread, 3.0], (count, 3)) / 2.0
-    found = view_of(walls).walls(poses)
+    found, lines = view_of(walls).walls(poses), lines_of(walls)
     for k in rng.integers(0, count, 4):
-        np.testing.assert_allclose(found[k], by_each_segment(walls, poses[k]), atol=1e-9)
+        np.testing.assert_allclose(found[k], by_each_segment(lines, poses[k]), atol=1e-9)
 
 
 def test_a_scan_costs_no_more_for_what_is_out_of_sight() -> None:
