@@ -99,6 +99,8 @@ def test_the_wheel_runs_the_sample_in_an_environment_of_its_own(
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     environment["NUMBA_DISABLE_JIT"] = "1"  # compiling would take longer than all else
     log, building = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
+    (tmp_path / "few.yaml").write_text("localization: {max_particles: 104}")
+    shortly = ["--to", "0.2", "--config", "few.yaml", "-q"]
     objstate, python = home / "bin" / "objstate", home / "bin" / "python"
     truth = ROOT / "logs/corridor.truth.csv"
     others = [["inspect", building], ["evaluate", "result", "--truth", truth], ["report", "result"]]
@@ -109,7 +111,7 @@ def test_the_wheel_runs_the_sample_in_an_environment_of_its_own(
     )
     for command in (
         [objstate, "--version"],
-        [objstate, "estimate", log, "--building", building, "--out", "result", "--to", "0.1", "-q"],
+        [objstate, "estimate", log, "--building", building, "--out", "result", *shortly],
         [python, "-c", script],
     ):
         done = subprocess.run(
