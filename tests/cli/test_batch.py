@@ -24,7 +24,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
         out = folder / "drives" / f"day_{seed}"
         scene = str(folder / "room.scene.yaml")
         assert main(["simulate", scene, "--out", str(out), "--seed", str(seed)]) == 0
-    assert main([*command(folder, "all"), "--truth", str(folder / "drives"), "--quiet"]) == 0
+    told = ["--truth", str(folder / "drives"), "--workers", "1", "--quiet"]
+    assert main([*command(folder, "all"), *told]) == 0
     return folder
 
 
