@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, label
 
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrapped
 from objstate.grid.grid import FREE, OCCUPIED
@@ -98,6 +97,8 @@ class Candidates:
 
     def looked(self, values: NDArray[np.float32], fresh: BoolArray, stamp_ns: int) -> Candidates:
         """Update by P(occupied) (rows, columns), and by which cells were seen."""
+        from scipy.ndimage import binary_dilation, label
+
         occupied, free = values > OCCUPIED, values < FREE
         blobs, count = label(binary_dilation(occupied, TOUCHING), TOUCHING)
         blobs = np.where(occupied, blobs, 0)
