@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -26,6 +27,11 @@ from objstate.units import SECONDS_PER_HOUR
 START_WRONG = 0.01  # probability that a given start pose is wrong
 UNMAPPED_PER_HOUR = 20.0  # rate of coming to a part of the building that the map lacks
 UNMAPPED_S = 10.0  # mean duration of that
+VISIT_S = 30.0  # mean duration of a visit to a room that the map lacks
+THROUGH = 0.7  # share of these that it comes to through a wall, such as a door that was closed
+APART = 10.0  # m between walls that odometry leads through after the robot was carried elsewhere
+EXTENT = 5.0  # m, deviation of how far such a part reaches
+ALIKE = 5.0  # m2 seen, by which such a part looks e times less like a place of the map
 # probability of other places, not searched yet, from which on they are searched
 WORTH_SEARCHING = 0.01
 REPLACED = 0.95  # probability from which another place is followed instead
@@ -51,6 +57,25 @@ class Moment(Generic[Kept]):
     def stamp_ns(self) -> int:
         """When it was taken."""
         return self.scan.stamp_ns
+
+
+class Alike(NamedTuple):
+    """Odds, relative to another place, of a part that the map lacks and that looks like it.
+
+    The robot went there from the followed place, as odometry has it.
+    """
+
+    now: float  # it is still there
+    before: float  # it has come back to where the map is right
+
+
+class Seen(NamedTuple):
+    """What the robot has seen up to each of some moments (m,), since a part that the map may lack."""
+
+    seconds: FloatArray  # (m,) s since the first
+    far: FloatArray  # (m,) m from where the map was right, the farthest so far
+    areas: FloatArray  # (m,) m2 of the floor
+    is_through: bool  # whether odometry led through a wall of the map
 
 
 class Bank(Generic[Kept]):
@@ -88,6 +113,8 @@ class Bank(Generic[Kept]):
         self._others = (
             0.0  # odds of the places that the last search found, relative to the followed one
         )
+        # of the followed one and of what looks like others near it, relative to what the map shows there
+        self._followed = 1.0
         self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for yet
         self._since_keyframe = Odds()
 
@@ -97,6 +124,12 @@ class Bank(Generic[Kept]):
         explained, unmapped, outside = self._states.tolist()
         here = explained + unmapped
         return float(here / (here * (1.0 + self._others) + outside))
+
+    @property
+    def is_unmapped(self) -> bool:
+        """Whether the map probably lacks what is about the followed place."""
+        explained, unmapped, _ = self._states.tolist()
+        return bool(unmapped > explained)
 
     @property
     def p_localized(self) -> float:
@@ -186,17 +219,53 @@ class Bank(Generic[Kept]):
         is_likely = max(unsearched, self._others) > WORTH_SEARCHING or odds.width > self._wide
         return is_likely or self.p_followed < REPLACED
 
-    def weigh(self, found: Hypotheses, now_ns: int) -> tuple[int, bool]:
-        """Update by a search; the index of the best other place, and whether it wins."""
+    def weigh(self, found: Hypotheses, best: int, alike: Alike, now_ns: int) -> bool:
+        """Update by a search whose best other place has a number; whether that place wins.
+
+        A part that the map lacks may look ``alike``.
+        """
         self._sought_ns = now_ns
         odds = np.where(found.is_followed, 0.0, np.exp(np.minimum(found.log_odds, 500.0)))
+        self._followed = 1.0 + float(odds[best]) * alike.before
+        odds /= self._followed
         self._others = float(odds.sum())
         self._elsewhere = Odds()
-        best, rest = (
-            int(odds.argmax()),
-            max(self._odds_outside, math.exp(min(found.outside, 500.0))),
+        outside = math.exp(min(found.outside, 500.0)) / self._followed
+        rest = max(self._odds_outside, outside) + float(odds[best]) * alike.now
+        return bool(odds[best] / (1.0 + self._others + rest) >= REPLACED)
+
+    def begins(self, moments: Sequence[Moment[Kept]], areas: FloatArray, gained: FloatArray) -> int:
+        """At which of some moments (m,) a part that the map lacks began most probably.
+
+        Each favours another place by ``gained`` and not the followed one. ``areas`` in m2 have been
+        seen since then.
+        """
+        seconds = seconds_of(moments)
+        cost = np.append(0.0, np.cumsum(gained)[:-1])
+        return int(np.argmax(seconds / VISIT_S - areas / ALIKE - cost))
+
+    def alike(self, seen: Seen, since: FloatArray) -> Alike:
+        """How probable it is that a part which the map lacks looks like a place.
+
+        The robot came there, or was carried to the place, before the first of some moments (m,). If
+        it left again, it did after one of them. The followed place has gained ``since`` before the first
+        and after that one.
+        """
+        rate, log_apart = UNMAPPED_PER_HOUR, -seen.far[-1] / APART  # of no wall in the way
+        if seen.is_through:
+            rate *= THROUGH
+            log_apart = math.log(-math.expm1(log_apart)) if log_apart < 0.0 else 0.0
+        else:
+            rate *= 1.0 - THROUGH
+        log = math.log(rate / (self._kidnaps * SECONDS_PER_HOUR)) - log_apart
+        log -= seen.seconds / VISIT_S
+        log -= seen.areas / ALIKE + 0.5 * np.square(seen.far / EXTENT)
+        waits = np.diff(seen.seconds).clip(min=NEVER) / VISIT_S
+        log += since
+        left = log[:-1] + np.log(waits)
+        return Alike(
+            math.exp(min(float(log[-1]), 500.0)), float(np.exp(left.clip(max=500.0)).sum())
         )
-        return best, bool(odds[best] / (1.0 + self._others + rest) >= REPLACED)
 
     @property
     def _odds_outside(self) -> float:
@@ -214,7 +283,8 @@ class Bank(Generic[Kept]):
     def follow(self, found: Hypotheses, chosen: int, kept: Kept, since_ns: int) -> None:
         """Follow another place, to which the robot came at a stamp, with the beliefs ``kept``."""
         self.lose(since_ns)
-        self._turn_to(found, chosen, 1.0 + self._others, self._odds_outside)
+        every = self._followed * (1.0 + self._others)
+        self._turn_to(found, chosen, every, self._odds_outside)
         self.before = kept
         earlier = [each for each in self.moments if each.stamp_ns < since_ns]
         self.moments = deque(earlier, maxlen=MOMENTS)
@@ -252,6 +322,11 @@ class Bank(Generic[Kept]):
                 kept * outside + taken * (explained + unmapped),
             ]
         )
+
+
+def seconds_of(moments: Sequence[Moment[Kept]]) -> FloatArray:
+    """(m,) s of some moments since the first."""
+    return np.array([each.stamp_ns - moments[0].stamp_ns for each in moments]) / NANOSECONDS
 
 
 def _gaussian(value: float, mean: float, std: float) -> float:

@@ -180,8 +180,9 @@ class Estimator:
         """p(l, s, d | o_k) for a pose known to centimetres: Gaussian, given each object's state."""
         near = self._near(sight, sight.valid)
         known = self._joint.known(near.pointed_at, sight)
-        sight = sight.by(self._robot.correct(sight, known))
-        self.corrections += 1
+        if not self._monitor.bank.is_unmapped:  # else scans don't tell where the robot is
+            sight = sight.by(self._robot.correct(sight, known))
+            self.corrections += 1
         if not self._observes:
             return []
         if self.is_lost:

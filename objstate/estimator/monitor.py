@@ -6,18 +6,18 @@ The bank holds the probabilities; searches of the whole building propose other p
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from objstate.config import Settings
-from objstate.estimator.bank import Bank, Moment
+from objstate.estimator.bank import Alike, Bank, Moment, Seen, seconds_of
 from objstate.estimator.believed import Believed
 from objstate.estimator.robot import Robot
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, compose
+from objstate.geometry import BoolArray, FloatArray, between, compose, transform_from_pose
 from objstate.localization import (
     Anywhere,
     Keyframe,
@@ -30,10 +30,16 @@ from objstate.localization import (
 from objstate.localization.anywhere import BLUR
 from objstate.localization.search import SAME
 from objstate.objects import ObjectBelief
+from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
-from objstate.sensing import Sensing
+from objstate.sensing import Sensing, cast_from, segments
 
 MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # distance, turn and time between compared scans
+SEEN, CELL = 10.0, 0.25  # m up to which beams show the floor, and of its cells
+AHEAD = 0.5  # m before the robot, which it is about to drive
+INDEPENDENCE = (
+    0.3  # exponent on likelihoods of compared scans, since those from near places share evidence
+)
 NEAR = 0.15  # m of deviation up to which a belief surely lies near its mean
 
 
@@ -163,11 +169,15 @@ class Monitor:
         if self._scenery.is_narrow(sight):
             within = SAME + 2.0 * np.sqrt(np.diagonal(sight.robot.covariance))
         found = self._search.hypotheses(self._explained, self._rng, within)
-        best, is_surer = bank.weigh(found, now)
+        best = int(np.where(found.is_followed, -np.inf, found.log_odds).argmax())
+        place = found.poses[best]
+        first, gained = self._left(place)
+        alike = self._alike(first, gained, float(found.carried[best]))
+        is_surer = bank.weigh(found, best, alike, now)
         if not is_surer and (not bank.is_lost or bank.lost_since_ns is not None):
             return
-        place = found.poses[best]
-        kept, since_ns = self._left(place)
+        last = bank.moments[max(first - 1, 0)]
+        kept, since_ns = last.kept, last.stamp_ns + 1
         if not is_surer:
             bank.lose(since_ns)
             return
@@ -177,8 +187,8 @@ class Monitor:
         self._believed.restore(kept.beliefs)
         self._robot.found(place, kept.learnt)
 
-    def _left(self, place: FloatArray) -> tuple[Kept, int]:
-        """The beliefs from before scans favoured the way to a place (3,), and their stamp."""
+    def _left(self, place: FloatArray) -> tuple[int, FloatArray]:
+        """Since which moment scans favour the way to a place (3,), and by how much each (m,) does."""
         moments, gained = self.bank.moments, []
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
@@ -186,9 +196,50 @@ class Monitor:
             both = np.array([[there], [moment.followed]])
             new, old = log_likelihood(both, BLUR)[:, 0].tolist()
             gained.append(new - old)
-        first = int(np.cumsum(gained[::-1])[::-1].argmax())
-        last = moments[max(first - 1, 0)]
-        return last.kept, last.stamp_ns + 1
+        return int(np.cumsum(gained[::-1])[::-1].argmax()), np.array(gained)
+
+    def _alike(self, first: int, gained: FloatArray, carried: float) -> Alike:
+        """How probable it is that a part which the map lacks looks like a place, from a moment on.
+
+        The robot was ``carried`` to that place with this probability, if it is there, and each
+        moment favours the place by ``gained`` (m,).
+        """
+        moments, gained = list(self.bank.moments)[first:], INDEPENDENCE * gained[first:]
+        begins = self.bank.begins(moments, self._areas(moments[::-1])[::-1], gained)
+        start, moments = self.bank.moments[max(first + begins - 1, 0)], moments[begins:]
+        before, gained = gained[:begins].sum(), gained[begins:]
+        since = -np.append(np.cumsum(gained[::-1])[::-1][1:], 0.0) - before
+        off = np.array([each.followed[:2] - start.followed[:2] for each in moments])
+        far = np.maximum.accumulate(np.hypot(*off.T))
+        is_through = self._is_through([start, *moments])
+        seen = Seen(seconds_of(moments), far, self._areas(moments), is_through)
+        now, back = self.bank.alike(seen, since)
+        return Alike(now * carried, back * carried)
+
+    def _is_through(self, moments: Sequence[Moment[Kept]]) -> bool:
+        """Whether the followed place goes through a wall of the map between some moments, or now."""
+        ahead = compose(moments[-1].followed, np.array([AHEAD, 0.0, 0.0]))
+        places = np.array([*(each.followed for each in moments), ahead])[:, :2]
+        steps = np.diff(places, axis=0)
+        ways = np.hypot(*steps.T)
+        height = float(np.median(moments[0].scan.rays.origins[:, 2]))
+        rays = np.hstack([places[:-1], steps / np.maximum(ways, NEVER)[:, None]])
+        met = segments.cast(rays, self._sensing.walls_at(height))
+        return bool((met[ways > 0.0] < ways[ways > 0.0]).any())
+
+    def _areas(self, moments: Sequence[Moment[Kept]]) -> FloatArray:
+        """(m,) m2 of the floor that beams have passed up to each of some moments."""
+        cells, areas = set[tuple[int, int]](), []
+        for moment in moments:
+            beams = self._scenery.thinned(self._everywhere.usable(moment.scan))
+            rays = moment.scan.rays.take(np.flatnonzero(beams))
+            origins, directions = cast_from(transform_from_pose(moment.odometry), rays)
+            ways = np.arange(0.5 * CELL, SEEN, CELL)
+            passed = moment.scan.ranges[beams, None] > ways
+            places = origins[:, None, :2] + ways[:, None] * directions[:, None, :2]
+            cells.update(map(tuple, np.floor(places[passed] / CELL).astype(int).tolist()))
+            areas.append(len(cells) * CELL**2)
+        return np.array(areas)
 
     @property
     def _kept(self) -> Kept:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -84,6 +84,8 @@ class Hypotheses:
     is_followed: BoolArray  # (h,) whether it is the followed place
     stamp_ns: int  # of the last keyframe
     outside: float = 0.0  # log odds of places that the map doesn't show
+    # (h,) probability that the robot was carried there instead of slipping, if it is there
+    carried: FloatArray = field(default_factory=lambda: np.ones(1))
 
     @property
     def shares(self) -> FloatArray:
@@ -215,6 +217,7 @@ class Search:
             fine.refine(pose, FINEST)
         gained = fine.gained(poses[:, None], FINEST)
         log_odds = fine.log_odds_by(gained, poses[:, None])[:, 0]
+        carried = np.exp(fine.log_odds_by(gained, poses[:, None], carried=True)[:, 0] - log_odds)
         own = log_odds[is_followed].max(initial=0.0)
         outside = fine.outside(FINEST) - own
         log_odds -= own
@@ -224,8 +227,8 @@ class Search:
             since = gained[later].sum(axis=0)[:, 0]
             if is_followed.any():  # they follow the odometry like the others
                 since -= since[is_followed].max()
-            carried = self._carried(self._last, poses) + since
-            log_odds = np.maximum(log_odds, carried - carried[is_followed].max(initial=0.0))
+            kept = self._kept(self._last, poses) + since
+            log_odds = np.maximum(log_odds, kept - kept[is_followed].max(initial=0.0))
         order = np.argsort(-log_odds, kind="stable")
         self._last = Hypotheses(
             latest.odometry,
@@ -234,17 +237,18 @@ class Search:
             is_followed[order],
             latest.scan.stamp_ns,
             outside,
+            carried[order],
         )
         return self._last
 
-    def _carried(self, last: Hypotheses, poses: FloatArray) -> FloatArray:
+    def _kept(self, last: Hypotheses, poses: FloatArray) -> FloatArray:
         """Log odds (p,) of places (p, 3) in the previous search."""
         former = last.moved(self.keyframes[-1].odometry)
-        carried = np.full(len(poses), -np.inf)
+        kept = np.full(len(poses), -np.inf)
         for h, pose in enumerate(poses):
             near = ~last.is_followed & (apart(former, pose) <= 1.0)
-            carried[h] = last.log_odds[near].max(initial=-np.inf)
-        return carried
+            kept[h] = last.log_odds[near].max(initial=-np.inf)
+        return kept
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, over all free places and headings."""
@@ -307,6 +311,11 @@ class _Priors:
         self._slipped = slipped, cell / (np.pi**2 * SLIP_M**2 * SLIP_RAD)
         self._is_wide, self._width = width > 0.0, np.where(width > 0.0, width, 1.0)
 
+    @property
+    def carried(self) -> FloatArray:
+        """(k, 1) of its having been carried to any pose, each as wide as a cell of the search's grid."""
+        return np.asarray(np.log(np.maximum(self._kidnapped, NEVER)))
+
     def __call__(self, poses: FloatArray) -> FloatArray:
         """(k, p) of the robot's being at poses (p, 3), each as wide as a cell of the search's grid.
 
@@ -341,14 +350,18 @@ class _Joint:
         """Log odds (h, p) of poses (h, p, 3) at the last keyframe, each row close together."""
         return self.log_odds_by(self.gained(poses, blur), poses)
 
-    def log_odds_by(self, gained: FloatArray, poses: FloatArray) -> FloatArray:
-        """The same by what the keyframes have ``gained`` (k, h, p)."""
+    def log_odds_by(
+        self, gained: FloatArray, poses: FloatArray, *, carried: bool = False
+    ) -> FloatArray:
+        """The same by what the keyframes have ``gained`` (k, h, p), if need be of being carried alone."""
         keyframes = self._keyframes
         since = gained[::-1].cumsum(axis=0)[::-1]
         if keyframes[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
             return np.asarray(since[0] - np.log(cells))
         priors = self._priors(poses.reshape(-1, 3)).reshape(since.shape)
+        if carried:
+            priors = self._priors.carried[..., None]
         return np.asarray(np.logaddexp.reduce(priors + since, axis=0))
 
     @lazy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from objstate.config import Settings
-from objstate.estimator.bank import Bank, Moment
+from objstate.estimator.bank import Alike, Bank, Moment, Seen
 from objstate.localization import Hypotheses
 from objstate.localization.anywhere import Anywhere, Chance
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
@@ -16,6 +16,7 @@ from tests.rooms import fan, observed, scan_of
 SECOND = 10**9
 CHANCE = Chance(mean=-20.0, most=0.0, usual=-1.5, best=4.0)
 PLACE = np.zeros(3)
+NOTHING_ALIKE = Alike(0.0, 0.0)
 
 
 def moment(seconds: float) -> Moment[str]:
@@ -76,7 +77,7 @@ def test_another_place_is_followed_only_if_it_is_surely_likelier(
     log_odds: float, outside: float, is_lost: bool, is_surer: bool
 ) -> None:
     bank, other = after([12.0] * 10), found(log_odds, outside)
-    assert bank.weigh(other, 5 * SECOND) == (0, is_surer)
+    assert bank.weigh(other, 0, NOTHING_ALIKE, 5 * SECOND) is is_surer
     assert bank.is_lost is is_lost
     if is_surer:
         bank.follow(other, 0, "before", 4 * SECOND)
@@ -84,6 +85,37 @@ def test_another_place_is_followed_only_if_it_is_surely_likelier(
         assert bank.p_localized > 0.99
         assert bank.before == "before"
         assert bank.stretches(6 * SECOND) == ((4 * SECOND, 5 * SECOND),)
+
+
+def test_a_place_like_a_part_that_the_map_may_lack_is_not_followed() -> None:
+    bank, other = after([12.0] * 10), found(20.0)
+    assert not bank.weigh(other, 0, Alike(now=1.0, before=0.0), 5 * SECOND)
+    assert bank.is_lost
+    # since it has come back, the robot is where it was followed
+    assert not bank.weigh(other, 0, Alike(now=0.0, before=100.0), 5 * SECOND)
+    assert bank.p_localized == pytest.approx(100.0 / 101.0, abs=0.001)
+
+
+def test_the_more_was_seen_the_less_a_part_that_the_map_lacks_looks_like_a_place() -> None:
+    bank = after([12.0] * 10)
+
+    def alike(
+        *,
+        s: float = 2.0,
+        far: float = 1.0,
+        area: float = 8.0,
+        gained: float = 0.0,
+        wall: bool = False,
+    ) -> Alike:
+        seen = Seen(*(np.linspace(0.0, last, 3) for last in (s, far, area)), is_through=wall)
+        return bank.alike(seen, np.array([gained, gained, 0.0]))
+
+    assert alike() > alike(s=5.0)
+    assert alike().now > alike(far=5.0).now
+    assert alike() > alike(area=16.0)
+    assert alike(gained=1.0).before > alike().before
+    assert alike(gained=1.0).now == alike().now
+    assert alike(wall=True) > alike()  # nobody goes through a wall that is there
 
 
 def test_a_scan_is_worth_more_where_it_was_taken_than_anywhere() -> None:
