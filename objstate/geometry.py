@@ -229,3 +229,21 @@ def finite(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{text.strip()} is not finite")
     return value
+
+
+def crosses(a: FloatArray, b: FloatArray) -> bool:
+    """Whether any segment of a (m, 2, 2) crosses any of b (k, 2, 2)."""
+
+    def parted(segments: FloatArray, by: FloatArray) -> BoolArray:
+        """(m, k) whether the ends of each segment lie on both sides of each line."""
+        start = by[None, :, 0]
+        edge = by[None, :, 1] - start
+        sides = [cross_product(edge, segments[:, None, end] - start) for end in (0, 1)]
+        return np.asarray(sides[0] * sides[1] < 0)
+
+    return bool(np.any(parted(a, b) & parted(b, a).T))
+
+
+def cross_product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The z component of the cross product of plane vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -11,7 +11,7 @@ import numpy as np
 from objstate.building.door_table import WIDEST_LEAF
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import WHOLE_TURN, BoolArray, FloatArray
+from objstate.geometry import WHOLE_TURN, FloatArray, cross_product, crosses
 
 TALLEST = 100.0  # m: a storey or an object higher than this was drawn in millimetres
 STOREY = 15.0  # m: more than a storey is high
@@ -135,7 +135,7 @@ def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) ->
             f"'{item.name}' moves in a plane that is not the floor, but x, y and yaw are taken "
             'on the floor; give <axis xyz="0 0 1"/>.'
         )
-    if _crosses(_shrink(home), walls):
+    if crosses(_shrink(home), walls):
         faults.append(f"'{item.name}' starts inside the walls; move its joint's <origin>.")
     return faults
 
@@ -273,8 +273,8 @@ def _range(origin: FloatArray, direction: FloatArray, walls: FloatArray) -> floa
     """Distance from a point (2,) in a direction (2,) to the nearest segment (k, 2, 2), or inf."""
     edge, gap = walls[:, 1] - walls[:, 0], walls[:, 0] - origin
     with np.errstate(divide="ignore", invalid="ignore"):
-        cross = _cross(direction, edge)
-        along, share = _cross(gap, edge) / cross, _cross(gap, direction) / cross
+        cross = cross_product(direction, edge)
+        along, share = cross_product(gap, edge) / cross, cross_product(gap, direction) / cross
     hit = (along >= 0) & (share >= 0) & (share <= 1)
     return float(np.min(along[hit], initial=np.inf))
 
@@ -291,21 +291,3 @@ def _shrink(segments: FloatArray) -> FloatArray:
     middle = (segments.min(axis=(0, 1)) + segments.max(axis=(0, 1))) / 2
     radius = float(np.linalg.norm(segments - middle, axis=2).max())
     return np.asarray(middle + (segments - middle) * max(0.0, 1.0 - SHRUNK / radius))
-
-
-def _crosses(a: FloatArray, b: FloatArray) -> bool:
-    """Whether any segment of a (m, 2, 2) crosses any of b (k, 2, 2)."""
-
-    def parted(segments: FloatArray, by: FloatArray) -> BoolArray:
-        """(m, k) whether the ends of each segment lie on both sides of each line."""
-        start = by[None, :, 0]
-        edge = by[None, :, 1] - start
-        sides = [_cross(edge, segments[:, None, end] - start) for end in (0, 1)]
-        return np.asarray(sides[0] * sides[1] < 0)
-
-    return bool(np.any(parted(a, b) & parted(b, a).T))
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The z component of the cross product of plane vectors (..., 2)."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -17,7 +17,7 @@ from objstate.estimator.believed import Believed
 from objstate.estimator.robot import Robot
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, compose, transform_from_pose
+from objstate.geometry import BoolArray, FloatArray, between, compose, crosses, transform_from_pose
 from objstate.localization import (
     Anywhere,
     Keyframe,
@@ -30,9 +30,8 @@ from objstate.localization import (
 from objstate.localization.anywhere import BLUR
 from objstate.localization.search import SAME
 from objstate.objects import ObjectBelief
-from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
-from objstate.sensing import Sensing, cast_from, segments
+from objstate.sensing import Sensing, cast_from
 
 MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # distance, turn and time between compared scans
 SEEN, CELL = 10.0, 0.25  # m up to which beams show the floor, and of its cells
@@ -220,12 +219,9 @@ class Monitor:
         """Whether the followed place goes through a wall of the map between some moments, or now."""
         ahead = compose(moments[-1].followed, np.array([AHEAD, 0.0, 0.0]))
         places = np.array([*(each.followed for each in moments), ahead])[:, :2]
-        steps = np.diff(places, axis=0)
-        ways = np.hypot(*steps.T)
         height = float(np.median(moments[0].scan.rays.origins[:, 2]))
-        rays = np.hstack([places[:-1], steps / np.maximum(ways, NEVER)[:, None]])
-        met = segments.cast(rays, self._sensing.walls_at(height))
-        return bool((met[ways > 0.0] < ways[ways > 0.0]).any())
+        walls = self._sensing.walls_at(height).reshape(-1, 2, 2)
+        return crosses(np.stack([places[:-1], places[1:]], axis=1), walls)
 
     def _areas(self, moments: Sequence[Moment[Kept]]) -> FloatArray:
         """(m,) m2 of the floor that beams have passed up to each of some moments."""
