@@ -77,6 +77,9 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     base = float(about.as_is.log_likelihood.sum())
     door = all_log + np.log(DOOR) - base
     variants = [open_ for each in about.cleared.values() for open_ in each]
+    alone = [hung for hung in doors if len(hung.leaves) == 1]
+    if alone:  # what is behind a leaf may be there without it
+        variants.append(max(alone, key=lambda hung: hung.log_evidence).leaves[0].behind)
     without = bare(place, about.as_is, variants, best.as_things(place), things)
     without += np.log1p(-DOOR * max(each.p_wall for each in place.openings)) - base
     return Explained(

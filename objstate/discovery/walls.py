@@ -158,7 +158,13 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
     readings = beams.readings
     lines = [_extended(line, readings) for line in lines]
     found = _each_once(sorted(lines, key=lambda each: -each.length))
-    return [replace(line, solid=_solid(line, readings)) for line in found]
+    index, of, _ = on_lines(found, beams, BESIDE)
+    places, order = beams.ends(index), np.argsort(of, kind="stable")
+    parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(found))))
+    return [
+        replace(line, solid=_solid(line, (places[mine] - line.start) @ line.along))
+        for line, mine in zip(found, parts, strict=True)
+    ]
 
 
 def on_lines(
@@ -227,7 +233,12 @@ def _pieces(line: WallLine, readings: Readings, beyond: float) -> list[tuple[flo
     off = readings.ends[about] - line.start
     is_steep = np.abs(readings.directions[about] @ line.normal) > STEEP
     on_line = (np.abs(off @ line.normal) < BESIDE) & is_steep
-    bins = np.floor((off @ line.along)[on_line] / BIN)
+    return _shown((off @ line.along)[on_line])
+
+
+def _shown(places: FloatArray) -> list[tuple[float, float]]:
+    """Pieces of wall that readings show which end at some places (k,) along a line, m."""
+    bins = np.floor(places / BIN)
     known, counts = np.unique(bins, return_counts=True)
     shown = known[counts >= ENOUGH] * BIN
     pieces = np.split(shown, np.flatnonzero(np.diff(shown) > 2.5 * BIN) + 1)
@@ -238,10 +249,10 @@ def _pieces(line: WallLine, readings: Readings, beyond: float) -> list[tuple[flo
     ]
 
 
-def _solid(line: WallLine, readings: Readings) -> tuple[tuple[float, float], ...]:
-    """Where along a line readings show wall, but for short gaps, m."""
+def _solid(line: WallLine, places: FloatArray) -> tuple[tuple[float, float], ...]:
+    """Where along a line its readings at some places (k,) show wall, but for short gaps, m."""
     found: list[tuple[float, float]] = []
-    for begin, end in _pieces(line, readings, LEAST_WALL):
+    for begin, end in _shown(places):
         low, high = max(begin, 0.0), min(end, line.length)
         if found and low - found[-1][1] < HOLE:
             low = found.pop()[0]
