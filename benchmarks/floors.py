@@ -6,8 +6,8 @@ several thicknesses, so that some closed leaves lie flush with the corridor's wa
 
 Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floors have rooms full of
 desks, chairs and shelves, and the robot drives into half of them. On ``with_sliding`` floors half of
-the doors slide: along the corridor's wall, in it, or behind it. On ``entered`` floors the robot drives
-into most rooms that are open on that day, and the map isn't made along the walls.
+the doors slide: along the corridor's wall, in it, or behind it. On ``entered`` floors the robot
+drives into most rooms that are open on that day, and the map isn't made along the walls.
 """
 
 from __future__ import annotations
@@ -218,7 +218,7 @@ def with_sliding(floor: Floor, seed: int) -> Floor:
 
 
 def entered(floor: Floor, seed: int) -> Floor:
-    """The floor with a few things in its rooms, which are entered where they are open; its map is turned."""
+    """The floor with a few things in its rooms, entered where these are open, and a turned map."""
     rng = np.random.default_rng([seed, 15])
     _furnish(floor, rng, (1, 5))
     floor.is_entered = True
@@ -351,7 +351,7 @@ def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float)
 
 
 def make_map(drive: Path, folder: Path, pose: FloatArray) -> Path:
-    """The map of a drive whose true path is known, in a frame in which the building has a pose (3,)."""
+    """The map of a drive whose true path is known, in which the building has a pose (3,)."""
     path = read_tum(drive / "path.tum")
     poses = dict(zip(path.stamps_ns.tolist(), compose(pose, path.poses), strict=True))
     scans = [each for each in open_log([drive / "log.mcap"]) if isinstance(each, Scan)]

@@ -148,23 +148,28 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
     A map's walls are half a cell off, and lean where a recess begins.
     """
     for width in WIDTHS:
-        index, of, aside = on_lines(lines, beams, 3.0 * width)
-        ends, order = beams.ends(index), np.argsort(of, kind="stable")
-        parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(lines))))
         lines = [
-            _moved(line, (ends[mine] - line.start) @ line.along, aside[mine], width)
-            for line, mine in zip(lines, parts, strict=True)
+            _moved(line, places, asides, width)
+            for line, places, asides in _of_each(lines, beams, 3.0 * width)
         ]
     readings = beams.readings
     lines = [_extended(line, readings) for line in lines]
     found = _each_once(sorted(lines, key=lambda each: -each.length))
-    index, of, _ = on_lines(found, beams, BESIDE)
-    places, order = beams.ends(index), np.argsort(of, kind="stable")
-    parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(found))))
     return [
-        replace(line, solid=_solid(line, (places[mine] - line.start) @ line.along))
-        for line, mine in zip(found, parts, strict=True)
+        replace(line, solid=_solid(line, places))
+        for line, places, _ in _of_each(found, beams, BESIDE)
     ]
+
+
+def _of_each(
+    lines: list[WallLine], beams: Beams, near: float
+) -> Iterator[tuple[WallLine, FloatArray, FloatArray]]:
+    """Each line, and where along and to the left of it the readings (n,) are that are its own, m."""
+    index, of, aside = on_lines(lines, beams, near)
+    ends, order = beams.ends(index), np.argsort(of, kind="stable")
+    parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(lines))))
+    for line, mine in zip(lines, parts, strict=True):
+        yield line, (ends[mine] - line.start) @ line.along, aside[mine]
 
 
 def on_lines(

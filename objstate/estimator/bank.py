@@ -70,7 +70,7 @@ class Alike(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What the robot has seen up to each of some moments (m,), since a part that the map may lack."""
+    """What the robot has seen up to each moment (m,) in a part that the map may lack."""
 
     seconds: FloatArray  # (m,) s since the first
     far: FloatArray  # (m,) m from where the map was right, the farthest so far
@@ -113,7 +113,7 @@ class Bank(Generic[Kept]):
         self._others = (
             0.0  # odds of the places that the last search found, relative to the followed one
         )
-        # of the followed one and of what looks like others near it, relative to what the map shows there
+        # of the followed one and what looks like others near it, relative to what the map shows there
         self._followed = 1.0
         self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for yet
         self._since_keyframe = Odds()
@@ -248,8 +248,8 @@ class Bank(Generic[Kept]):
         """How probable it is that a part which the map lacks looks like a place.
 
         The robot came there, or was carried to the place, before the first of some moments (m,). If
-        it left again, it did after one of them. The followed place has gained ``since`` before the first
-        and after that one.
+        it left again, it did after one of them. The followed place has gained ``since`` before the
+        first and after that one.
         """
         rate, log_apart = UNMAPPED_PER_HOUR, -seen.far[-1] / APART  # of no wall in the way
         if seen.is_through:

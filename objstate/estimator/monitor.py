@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
@@ -28,17 +30,15 @@ from objstate.localization import (
     apart,
 )
 from objstate.localization.anywhere import BLUR
-from objstate.localization.search import SAME
+from objstate.localization.search import INDEPENDENCE, SAME
 from objstate.objects import ObjectBelief
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing, cast_from
 
 MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # distance, turn and time between compared scans
-SEEN, CELL = 10.0, 0.25  # m up to which beams show the floor, and of its cells
+REACH, CELL = 10.0, 0.25  # m up to which beams show the floor, and of its cells
 AHEAD = 0.5  # m before the robot, which it is about to drive
-INDEPENDENCE = (
-    0.3  # exponent on likelihoods of compared scans, since those from near places share evidence
-)
+INDEPENDENCE_OF_MOMENTS = INDEPENDENCE / 2.0  # they are twice as near as keyframes
 NEAR = 0.15  # m of deviation up to which a belief surely lies near its mean
 
 
@@ -187,7 +187,7 @@ class Monitor:
         self._robot.found(place, kept.learnt)
 
     def _left(self, place: FloatArray) -> tuple[int, FloatArray]:
-        """Since which moment scans favour the way to a place (3,), and by how much each (m,) does."""
+        """Since which moment scans favour the way to a place (3,); by how much each (m,) does."""
         moments, gained = self.bank.moments, []
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
@@ -203,39 +203,36 @@ class Monitor:
         The robot was ``carried`` to that place with this probability, if it is there, and each
         moment favours the place by ``gained`` (m,).
         """
-        moments, gained = list(self.bank.moments)[first:], INDEPENDENCE * gained[first:]
-        begins = self.bank.begins(moments, self._areas(moments[::-1])[::-1], gained)
+        moments, gained = list(self.bank.moments)[first:], INDEPENDENCE_OF_MOMENTS * gained[first:]
+        cells = [self._cells(moment) for moment in moments]
+        begins = self.bank.begins(moments, _areas(cells[::-1])[::-1], gained)
         start, moments = self.bank.moments[max(first + begins - 1, 0)], moments[begins:]
         before, gained = gained[:begins].sum(), gained[begins:]
         since = -np.append(np.cumsum(gained[::-1])[::-1][1:], 0.0) - before
         off = np.array([each.followed[:2] - start.followed[:2] for each in moments])
         far = np.maximum.accumulate(np.hypot(*off.T))
         is_through = self._is_through([start, *moments])
-        seen = Seen(seconds_of(moments), far, self._areas(moments), is_through)
+        seen = Seen(seconds_of(moments), far, _areas(cells[begins:]), is_through)
         now, back = self.bank.alike(seen, since)
         return Alike(now * carried, back * carried)
 
     def _is_through(self, moments: Sequence[Moment[Kept]]) -> bool:
-        """Whether the followed place goes through a wall of the map between some moments, or now."""
+        """Whether the followed place goes through a wall of the map in some moments, or now."""
         ahead = compose(moments[-1].followed, np.array([AHEAD, 0.0, 0.0]))
         places = np.array([*(each.followed for each in moments), ahead])[:, :2]
         height = float(np.median(moments[0].scan.rays.origins[:, 2]))
         walls = self._sensing.walls_at(height).reshape(-1, 2, 2)
         return crosses(np.stack([places[:-1], places[1:]], axis=1), walls)
 
-    def _areas(self, moments: Sequence[Moment[Kept]]) -> FloatArray:
-        """(m,) m2 of the floor that beams have passed up to each of some moments."""
-        cells, areas = set[tuple[int, int]](), []
-        for moment in moments:
-            beams = self._scenery.thinned(self._everywhere.usable(moment.scan))
-            rays = moment.scan.rays.take(np.flatnonzero(beams))
-            origins, directions = cast_from(transform_from_pose(moment.odometry), rays)
-            ways = np.arange(0.5 * CELL, SEEN, CELL)
-            passed = moment.scan.ranges[beams, None] > ways
-            places = origins[:, None, :2] + ways[:, None] * directions[:, None, :2]
-            cells.update(map(tuple, np.floor(places[passed] / CELL).astype(int).tolist()))
-            areas.append(len(cells) * CELL**2)
-        return np.array(areas)
+    def _cells(self, moment: Moment[Kept]) -> set[tuple[int, int]]:
+        """The cells of the floor that beams have passed, in the odometry's frame."""
+        beams = self._scenery.thinned(self._everywhere.usable(moment.scan))
+        rays = moment.scan.rays.take(np.flatnonzero(beams))
+        origins, directions = cast_from(transform_from_pose(moment.odometry), rays)
+        ways = np.arange(0.5 * CELL, REACH, CELL)
+        passed = moment.scan.ranges[beams, None] > ways
+        places = origins[:, None, :2] + ways[:, None] * directions[:, None, :2]
+        return set(map(tuple, np.floor(places[passed] / CELL).astype(int).tolist()))
 
     @property
     def _kept(self) -> Kept:
@@ -256,6 +253,11 @@ class Monitor:
             return tempering * view.nearby_log_likelihood(poses, blur, around)
 
         return log_likelihood
+
+
+def _areas(seen: Sequence[set[tuple[int, int]]]) -> FloatArray:
+    """(m,) m2 of the floor that were seen up to each moment, by the cells that each shows."""
+    return np.array([len(cells) * CELL**2 for cells in accumulate(seen, or_)])
 
 
 def _near_mean(robot: PoseBelief) -> float:

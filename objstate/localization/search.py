@@ -313,7 +313,7 @@ class _Priors:
 
     @property
     def carried(self) -> FloatArray:
-        """(k, 1) of its having been carried to any pose, each as wide as a cell of the search's grid."""
+        """(k, 1) of its having been carried to any pose, as wide as a cell of the grid."""
         return np.asarray(np.log(np.maximum(self._kidnapped, NEVER)))
 
     def __call__(self, poses: FloatArray) -> FloatArray:
@@ -353,15 +353,16 @@ class _Joint:
     def log_odds_by(
         self, gained: FloatArray, poses: FloatArray, *, carried: bool = False
     ) -> FloatArray:
-        """The same by what the keyframes have ``gained`` (k, h, p), if need be of being carried alone."""
+        """The same by what the keyframes have ``gained`` (k, h, p), or of being carried alone."""
         keyframes = self._keyframes
         since = gained[::-1].cumsum(axis=0)[::-1]
         if keyframes[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
             return np.asarray(since[0] - np.log(cells))
-        priors = self._priors(poses.reshape(-1, 3)).reshape(since.shape)
         if carried:
             priors = self._priors.carried[..., None]
+        else:
+            priors = self._priors(poses.reshape(-1, 3)).reshape(since.shape)
         return np.asarray(np.logaddexp.reduce(priors + since, axis=0))
 
     @lazy
