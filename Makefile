@@ -12,14 +12,15 @@ run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
 		--truth logs/corridor.truth.csv --out out/corridor --overwrite
 
-# each worker has one core to itself, which threads of linear algebra would only contend for
+# Workers are one more than cores, since tests that wait for other processes leave theirs idle.
+# Threads of linear algebra would only contend for them.
 test: export OPENBLAS_NUM_THREADS := 1
 test: .venv/.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy --strict objstate
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest -n 3 --dist loadfile
 
 docs: .venv/.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[docs]
@@ -44,5 +45,6 @@ bench-service: .venv/.stamp
 .venv/.stamp: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[dev]
+	$(BIN)/python -m compileall -q objstate
 	$(BIN)/objstate compile
 	@touch $@
