@@ -17,8 +17,8 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from objstate.config import Settings
-from objstate.geometry import FloatArray
-from objstate.localization import Hypotheses, Odds
+from objstate.geometry import FloatArray, between, compose
+from objstate.localization import Hypotheses, Odds, apart
 from objstate.localization.anywhere import Chance
 from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
@@ -38,6 +38,7 @@ REPLACED = 0.95  # probability from which another place is followed instead
 PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
 USUALLY = 20.0  # keyframes over which the usual advantage is averaged
 HALF = 0.5
+RETURNED = 2.0  # units of ``apart``, from where odometry led while another place was followed
 
 MOMENTS = 100  # number that are kept
 
@@ -57,6 +58,15 @@ class Moment(Generic[Kept]):
     def stamp_ns(self) -> int:
         """When it was taken."""
         return self.scan.stamp_ns
+
+
+class Departure(NamedTuple, Generic[Kept]):
+    """Where the robot was followed to, when another place won, and what was believed before."""
+
+    since_ns: int  # from when on the other place was favoured
+    odometry: FloatArray  # (3,)
+    followed: FloatArray  # (3,) the pose
+    kept: Kept
 
 
 class Alike(NamedTuple):
@@ -103,11 +113,13 @@ class Bank(Generic[Kept]):
         self.near = 1.0  # probability of the published pose, if the followed place is right
         self._usual: float | None = None  # advantage
         self.moments: deque[Moment[Kept]] = deque(maxlen=MOMENTS)
+        self._departures: list[Departure[Kept]] = []
         self.start(now)
 
     def start(self, now: Kept) -> None:
         """Follow a given place."""
         self.before = now
+        self._departures.clear()
         unmapped = UNMAPPED_PER_HOUR / SECONDS_PER_HOUR * UNMAPPED_S
         self._states = np.array([1.0 - unmapped, unmapped, START_WRONG])
         self._others = (
@@ -286,8 +298,23 @@ class Bank(Generic[Kept]):
         every = self._followed * (1.0 + self._others)
         self._turn_to(found, chosen, every, self._odds_outside)
         self.before = kept
+        last = self.moments[-1]
+        self._departures = [each for each in self._departures if each.since_ns < since_ns]
+        self._departures.append(Departure(since_ns, last.odometry, last.followed, kept))
         earlier = [each for each in self.moments if each.stamp_ns < since_ns]
         self.moments = deque(earlier, maxlen=MOMENTS)
+
+    def departure(self, place: FloatArray) -> Departure[Kept] | None:
+        """Since when the robot seemed elsewhere, if a place (3,) is where odometry led since then.
+
+        It was carried nowhere then: that it was carried to another place, and back to here, has the
+        square of the probability of the first, and it could have been carried back to anywhere.
+        """
+        now = self.moments[-1].odometry
+        for each in self._departures:
+            if apart(place, compose(each.followed, between(each.odometry, now))) <= RETURNED:
+                return each
+        return None
 
     def _turn_to(self, found: Hypotheses, chosen: int, every: float, outside: float) -> None:
         """Follow a found place, by the odds of ``every`` place on the map and ``outside`` of it."""
@@ -299,8 +326,10 @@ class Bank(Generic[Kept]):
 
     def lose(self, since_ns: int) -> None:
         """Note that the robot has probably been lost since a stamp."""
-        found_ns = self._past[-1][1] if self._past else 0
-        since_ns = max(since_ns, found_ns)
+        while self._past and self._past[-1][1] >= since_ns:
+            begun, _ = self._past.pop()
+            since_ns = min(since_ns, begun)
+            self._p_lost = max(self._p_lost, self._probabilities.pop())
         known = since_ns if self.lost_since_ns is None else self.lost_since_ns
         self.lost_since_ns = min(known, since_ns)
         self._p_lost = max(self._p_lost, 1.0 - self.p_localized)

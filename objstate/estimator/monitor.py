@@ -180,6 +180,9 @@ class Monitor:
         if not is_surer:
             bank.lose(since_ns)
             return
+        left = bank.departure(place)
+        if left is not None and left.since_ns < since_ns:
+            kept, since_ns = left.kept, left.since_ns
         self._search.follow(best, since_ns)
         bank.follow(found, best, kept, since_ns)
         # beliefs since then belong to a wrong hypothesis

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -85,6 +87,22 @@ def test_another_place_is_followed_only_if_it_is_surely_likelier(
         assert bank.p_localized > 0.99
         assert bank.before == "before"
         assert bank.stretches(6 * SECOND) == ((4 * SECOND, 5 * SECOND),)
+
+
+def test_a_robot_that_is_found_where_odometry_leads_was_never_elsewhere() -> None:
+    bank, place = after([12.0] * 10), np.array([5.0, 0.0, 0.0])
+    bank.follow(found(9.0), 0, "before", 4 * SECOND)
+    bank.publish(1.0, 5 * SECOND)
+    for k in range(4):
+        on = replace(moment(6.0 + k), odometry=np.array([1.0, 0.0, 0.0]), followed=place)
+        bank.take(on, CHANCE.mean + 12.0, CHANCE)
+    assert bank.departure(np.array([4.0, 0.0, 0.0])) is None
+    left = bank.departure(np.array([1.1, 0.0, 0.0]))
+    assert left is not None
+    assert (left.since_ns, left.kept) == (4 * SECOND, "before")
+    bank.follow(found(9.0), 0, left.kept, left.since_ns)
+    assert bank.stretches(9 * SECOND) == ((4 * SECOND, 9 * SECOND),)
+    assert {each.stamp_ns < 4 * SECOND for each in bank.moments} == {True}
 
 
 def test_a_place_like_a_part_that_the_map_may_lack_is_not_followed() -> None:
