@@ -21,7 +21,7 @@ from objstate.discovery.gathering import Beams
 from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import turned
-from objstate.discovery.walls import distinct, openings, wall_lines
+from objstate.discovery.walls import distinct, openings, unexplained, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 PROBABLE = 0.5  # from which on a candidate is a door
@@ -69,7 +69,11 @@ def find_doors(
 
     def weigh(number: int) -> None:
         waiting.pop(number, None)
-        place = doorway(places[number], lines, plan, beams, settings, left)
+        every = [unexplained(each, beams, left) for each in places[number]]
+        still = [each for each in every if each.p_wall >= LEAST]
+        if not still:
+            return
+        place = doorway(still, lines, plan, beams, settings, left)
         explained = explain(place, plan) if place.groups else None
         if explained is not None and explained.probability >= LEAST:
             waiting[number] = Weighed(place, explained)

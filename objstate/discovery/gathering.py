@@ -105,8 +105,7 @@ def gather(
             continue
         last[record.laser] = robot.mean
         kept.append((record.stamp_ns, _placed(record, robot.mean, seconds)))
-    # that the robot was elsewhere is found out later
-    lost = np.reshape(estimator.lost, (-1, 2))
+    lost = surely_lost(estimator.lost)  # that the robot was elsewhere is found out later
     right = [part for ns, part in kept if not np.any((lost[:, 0] <= ns) & (ns <= lost[:, 1]))]
     if not right:
         raise LogError(
@@ -114,6 +113,21 @@ def gather(
         )
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
     return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
+
+
+def surely_lost(stretches: Sequence[tuple[int, int]]) -> IntArray:
+    """(k, 2) ns, stretches in which the robot was lost, and what is between two that last longer.
+
+    There it was taken for localized where it wasn't.
+    """
+    joined = list[tuple[int, int]]()
+    for begin, end in stretches:
+        last = joined[-1] if joined else (begin, begin)
+        if joined and begin - last[1] < min(last[1] - last[0], end - begin):
+            joined[-1] = last[0], end
+        else:
+            joined.append((begin, end))
+    return np.reshape(np.array(joined, dtype=np.int64), (-1, 2))
 
 
 def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:

@@ -50,6 +50,7 @@ TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
 FRONT, FRONT_STD = 0.01, 0.03  # m
 THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
 SOFT = 0.01  # m, of these
+EDGE = 4.0 * SOFT  # beyond which there is none
 ELSEWHERE = 0.1  # within the wall's depth
 BEFORE = 0.05  # m before a wall's line within which its face may be
 BEARING_STD = np.radians(2.0)  # about the wall's
@@ -276,7 +277,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
     depth = -float(aside[0]) * place.side(start, bearing)
-    if not -BEFORE - 4.0 * SOFT < depth < DEEP or leaf.width > WIDEST_LEAF:
+    if not -BEFORE - EDGE < depth < DEEP + EDGE or leaf.width > WIDEST_LEAF:
         return -np.inf
     turned_by = float(wrap(leaf.bearing - bearing))
     end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
@@ -323,14 +324,18 @@ def _log_depth(depth: float, is_toward: bool) -> float:
         usual = math.exp(-0.5 * ((depth - FRONT) / FRONT_STD) ** 2) / FRONT_STD
         usual /= math.sqrt(2.0 * math.pi)
     else:
-        rise = math.erf((depth - THINNEST) / SOFT) - math.erf((depth - THICKEST) / SOFT)
-        usual = 0.5 * rise / (THICKEST - THINNEST)
+        usual = 0.5 * _between(depth, THINNEST, THICKEST) / (THICKEST - THINNEST)
     return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * _inside(depth))
 
 
 def _inside(depth: float) -> float:
     """Density, 1/m, of a depth anywhere in a wall, or just before it."""
-    return 0.5 * (1.0 + math.erf((depth + BEFORE) / SOFT)) / (DEEP + BEFORE)
+    return 0.5 * _between(depth, -BEFORE, DEEP) / (DEEP + BEFORE)
+
+
+def _between(depth: float, least: float, most: float) -> float:
+    """2 between two depths, and 0 elsewhere, with soft edges."""
+    return math.erf((depth - least) / SOFT) - math.erf((depth - most) / SOFT)
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:

@@ -1,0 +1,52 @@
+"""What finding doors leaves out: where the robot was lost, and what accepted doors explain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from objstate.discovery.gathering import Beams, surely_lost
+from objstate.discovery.walls import Opening, unexplained
+
+SECOND = 10**9
+
+
+@pytest.mark.parametrize(
+    ("stretches", "joined"),
+    [
+        ([], []),
+        ([(1, 4)], [(1, 4)]),
+        ([(1, 4), (6, 9)], [(1, 9)]),
+        ([(1, 4), (8, 9)], [(1, 4), (8, 9)]),
+        ([(1, 4), (6, 7)], [(1, 4), (6, 7)]),
+        ([(1, 4), (6, 9), (10, 12)], [(1, 12)]),
+    ],
+)
+def test_between_two_longer_stretches_the_robot_is_lost_too(
+    stretches: list[tuple[int, int]], joined: list[tuple[int, int]]
+) -> None:
+    lost = surely_lost([(begin * SECOND, end * SECOND) for begin, end in stretches])
+    assert (lost / SECOND).tolist() == [list(each) for each in joined]
+
+
+def test_what_ended_on_a_leaf_is_no_wall_beside_an_opening() -> None:
+    west, east = np.linspace(-0.45, -0.05, 41), np.linspace(0.95, 1.35, 41)
+    x = np.concatenate([west, east])
+    count = len(x)
+    whole = np.zeros(count, dtype=np.int64)
+    beams = Beams(
+        origins=np.column_stack([x, np.full(count, -2.0)]),
+        directions=np.tile([0.0, 1.0], (count, 1)),
+        ranges=np.full(count, 2.0),
+        reach=np.full(count, 10.0),
+        scan=whole,
+        drive=whole,
+        seconds=np.zeros(count),
+    )
+    opening = Opening(np.zeros(2), np.array([0.9, 0.0]), p_wall=0.8)
+    left = np.ones(count, dtype=bool)
+    assert unexplained(opening, beams, left).p_wall == pytest.approx(0.8)
+    left[:10] = False
+    assert unexplained(opening, beams, left).p_wall == pytest.approx(0.8 * 31 / 41)
+    left[: len(west)] = False
+    assert unexplained(opening, beams, left).p_wall == 0.0
