@@ -15,13 +15,13 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery.detours import with_ways_around
-from objstate.discovery.doorway import Doorway, doorway, ended_on, together
+from objstate.discovery.doorway import Doorway, doorway, ended_on, together, unexplained
 from objstate.discovery.explaining import Explained, explain
 from objstate.discovery.gathering import Beams
 from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import turned
-from objstate.discovery.walls import distinct, openings, unexplained, wall_lines
+from objstate.discovery.walls import distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 PROBABLE = 0.5  # from which on a candidate is a door

@@ -11,7 +11,7 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import kernels, surfaces
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import Opening, WallLine
+from objstate.discovery.walls import BESIDE, Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.sensing.beam_model import BeamModel
 
@@ -32,6 +32,7 @@ DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
+JAMB_SHOWN = 0.5  # m of wall beside an opening, whose readings are wall or what doors explain
 JAMB_WALL = 0.2  # m of wall beside an opening, by which it is one without what stands there
 
 
@@ -105,6 +106,23 @@ def ended_on(place: Doorway, beams: Beams, leaves: FloatArray) -> IntArray:
         is_on = (np.abs(aside) < ON_LEAF) & (far > -ON_LEAF) & (far < width + ON_LEAF)
         out.append(index[is_on & meant])
     return np.unique(np.concatenate(out))
+
+
+def unexplained(opening: Opening, beams: Beams, left: BoolArray) -> Opening:
+    """An opening beside which only some readings are ``left`` (n,) of all that show its wall.
+
+    What ended on a leaf of an accepted door is no wall.
+    """
+    readings, shares = beams.readings, [1.0]
+    for is_end in (False, True):
+        jamb, bearing = opening.jamb(is_end)
+        far = jamb - JAMB_SHOWN * np.array([np.cos(bearing), np.sin(bearing)])
+        about = readings.nearby.strip(jamb, far, BESIDE)
+        along, aside = beside(readings.ends[about], jamb, bearing)
+        on = about[(np.abs(aside) < BESIDE) & (along < 0.0) & (along > -JAMB_SHOWN)]
+        if len(on):
+            shares.append(float(left[readings.numbers[on]].mean()))
+    return replace(opening, p_wall=opening.p_wall * min(shares))
 
 
 def exponents(group: IntArray) -> FloatArray:

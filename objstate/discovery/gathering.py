@@ -123,7 +123,7 @@ def surely_lost(stretches: Sequence[tuple[int, int]]) -> IntArray:
     joined = list[tuple[int, int]]()
     for begin, end in stretches:
         last = joined[-1] if joined else (begin, begin)
-        if joined and begin - last[1] < min(last[1] - last[0], end - begin):
+        if begin - last[1] < min(last[1] - last[0], end - begin):
             joined[-1] = last[0], end
         else:
             joined.append((begin, end))

@@ -324,18 +324,18 @@ def _log_depth(depth: float, is_toward: bool) -> float:
         usual = math.exp(-0.5 * ((depth - FRONT) / FRONT_STD) ** 2) / FRONT_STD
         usual /= math.sqrt(2.0 * math.pi)
     else:
-        usual = 0.5 * _between(depth, THINNEST, THICKEST) / (THICKEST - THINNEST)
+        usual = _between(depth, THINNEST, THICKEST) / (THICKEST - THINNEST)
     return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * _inside(depth))
 
 
 def _inside(depth: float) -> float:
     """Density, 1/m, of a depth anywhere in a wall, or just before it."""
-    return 0.5 * _between(depth, -BEFORE, DEEP) / (DEEP + BEFORE)
+    return _between(depth, -BEFORE, DEEP) / (DEEP + BEFORE)
 
 
 def _between(depth: float, least: float, most: float) -> float:
-    """2 between two depths, and 0 elsewhere, with soft edges."""
-    return math.erf((depth - least) / SOFT) - math.erf((depth - most) / SOFT)
+    """1 between two depths, and 0 elsewhere, with soft edges."""
+    return 0.5 * (math.erf((depth - least) / SOFT) - math.erf((depth - most) / SOFT))
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:

@@ -28,7 +28,6 @@ MARGIN = 0.3  # m of unknown that may part an opening from its wall
 HOLE = 0.15  # m without readings in a piece of wall
 KNOWN = 0.5  # share of an opening that the map has to know: elsewhere nobody mapped a door
 JAMB = 0.1  # m of wall that has to show beside an opening
-JAMB_SHOWN = 0.5  # m of it, whose readings are wall or what doors explain
 # Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
 # through pieces of other things it is the other way round. Pieces are as long as half a metre,
 # stretches of wall ten times that. Of the length of all lines a fifth runs along walls.
@@ -327,24 +326,6 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
             low, high = _between_jambs(line, low, high, about, beams)
             found.append(Opening(line.at(low), line.at(high), p_wall))
     return found
-
-
-def unexplained(opening: Opening, beams: Beams, left: BoolArray) -> Opening:
-    """An opening beside which only some readings are ``left`` (n,) of all that show its wall.
-
-    What ended on a leaf of an accepted door is no wall.
-    """
-    shares = [1.0]
-    for is_end in (False, True):
-        jamb, inward = opening.jamb(is_end)
-        away = -np.array([np.cos(inward), np.sin(inward)])
-        about = beams.readings.nearby.strip(jamb, jamb + JAMB_SHOWN * away, BESIDE)
-        off = beams.readings.ends[about] - jamb
-        along, aside = off @ away, off @ np.array([-away[1], away[0]])
-        on = about[(np.abs(aside) < BESIDE) & (along > 0.0) & (along < JAMB_SHOWN)]
-        if len(on):
-            shares.append(float(left[beams.readings.numbers[on]].mean()))
-    return replace(opening, p_wall=opening.p_wall * min(shares))
 
 
 @dataclass(frozen=True, eq=False)

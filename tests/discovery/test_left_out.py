@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from objstate.discovery.doorway import unexplained
 from objstate.discovery.gathering import Beams, surely_lost
-from objstate.discovery.walls import Opening, unexplained
+from objstate.discovery.walls import Opening
 
 SECOND = 10**9
 
