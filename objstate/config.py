@@ -200,7 +200,7 @@ class BuildingErrorSettings(Strict):
     wall_std_m: Positive = 0.005  # offset of a piece of wall along its normal
     wall_length_m: ClassVar[float] = 5.0  # distance over which offsets of walls decorrelate
     hinge_std_m: Positive = 0.01  # of a hinge's place, in each direction
-    bearing_std_deg: Positive = 0.1  # of the bearing of a closed leaf
+    bearing_std_deg: Positive = 0.2  # of the bearing of a closed leaf
     laser_std_m: ClassVar[float] = 0.005  # of a laser's place on the robot
     laser_yaw_std_deg: Positive = 0.3
     range_bias_std_m: ClassVar[float] = 0.005  # common offset of all ranges of a laser

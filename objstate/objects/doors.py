@@ -27,6 +27,8 @@ else:
 
 FINE = 50  # most states with weight that are cast; of more, a regular selection
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
+AJAR = 0.2  # how often a hinged door is left ajar, for each time that it is closed
+AJAR_DEG = 1.0, 6.0  # at angles between these: its bolt rests on the strike plate
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -83,12 +85,13 @@ class LatticeFilter:
     @lazy
     def _rest_weights(self) -> FloatArray:
         """(n,) distribution of the state after a move: at a limit, or anywhere between."""
-        rest, count, item = self.settings.rest, len(self._states), self.item
-        weights = np.full(count, 1.0 / count)
-        if not item.wraps:
-            weights *= rest.anywhere
-            weights[[0, -1]] += rest_at_limits(item, rest)
-        return np.asarray(weights / weights.sum())
+        count, item = len(self._states), self.item
+        if item.wraps:
+            return np.full(count, 1.0 / count)
+        edges = np.append(self._states, item.upper + self._spacing) - self._spacing / 2.0
+        between, limits = rest_shares(item, self.settings.rest, edges)
+        between[[0, -1]] += limits
+        return np.asarray(between / between.sum())
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
@@ -207,10 +210,23 @@ def gaussian_prior(item: MovableObject, settings: DoorSettings, states: FloatArr
     return np.asarray(np.exp(-0.5 * (off / std) ** 2))
 
 
-def rest_at_limits(item: MovableObject, rest: Rest) -> tuple[float, float]:
-    """Shares of resting doors at the lower and the upper limit: the nearer to home is closed."""
+def rest_shares(
+    item: MovableObject, rest: Rest, edges: FloatArray
+) -> tuple[FloatArray, tuple[float, float]]:
+    """Shares of resting doors in each cell between the ``edges`` (n + 1,), and at both limits.
+
+    Closed is the limit nearer to home. Of the hinged doors that somebody closed, some stand ajar.
+    """
     closed_is_first = abs(item.lower - item.home[0]) <= abs(item.upper - item.home[0])
-    return (rest.closed, rest.open) if closed_is_first else (rest.open, rest.closed)
+    ajar, closed = np.zeros(len(edges) - 1), rest.closed
+    if item.kind is Kind.HINGED:
+        least, most = np.radians(AJAR_DEG)
+        opened = edges - item.lower if closed_is_first else item.upper - edges
+        ajar = np.abs(np.diff(opened.clip(least, most))) / (most - least)
+        ajar *= rest.closed * AJAR / (1.0 + AJAR)
+        closed -= float(ajar.sum())
+    between = ajar + rest.anywhere / len(ajar)
+    return between, (closed, rest.open) if closed_is_first else (rest.open, closed)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:

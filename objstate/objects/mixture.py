@@ -23,7 +23,7 @@ from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
-from objstate.objects.doors import gaussian_prior, rest_at_limits
+from objstate.objects.doors import gaussian_prior, rest_shares
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
@@ -153,11 +153,11 @@ class Doorway:
     @lazy
     def rest(self) -> FloatArray:
         """(c,) distribution of the state after a move."""
-        s, item = self.settings.rest, self.item
-        out = np.full(len(self.states), 1.0 / self.cells)
-        if self.atoms:
-            out[: self.cells] *= s.anywhere
-            out[self.cells :] = rest_at_limits(item, s)
+        if not self.atoms:
+            return np.full(self.cells, 1.0 / self.cells)
+        edges = np.asarray(self.item.lower + np.arange(self.cells + 1) * self.cell)
+        between, limits = rest_shares(self.item, self.settings.rest, edges)
+        out = np.append(between, limits)
         return np.asarray(out / out.sum())
 
     @lazy

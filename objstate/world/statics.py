@@ -24,6 +24,7 @@ from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.estimator.doors import OUTLIERS, Deviation
 from objstate.geometry import FloatArray, rotation_about, transform
 from objstate.objects import ObjectBelief
+from objstate.objects.doors import AJAR, AJAR_DEG
 from objstate.objects.mixture import DoorMixture
 from objstate.objects.mixture_kernels import STATE, ZERO
 from objstate.packing import pack, unpack
@@ -38,8 +39,7 @@ ROUGHNESS_M = 0.004  # first guess of a drive's own error of a hinge, beside ROU
 ROUGHNESS_DEG = 0.1  # the same of a bearing
 ELSE = np.array([0.01, 0.03, 0.1, 0.3])  # shares of closed leaves that are something else
 ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
-AJAR = 0.2  # how often a door is ajar at an angle of its own, for each time that it is closed
-AJAR_DEG = np.arange(1.0, 6.1, 0.2)  # these angles, all equally probable
+AJAR_STEP_DEG = 0.2  # between the angles at which a door may be ajar, all equally probable
 OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
 LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
 OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
@@ -535,7 +535,9 @@ def _log_bearings(evidence: Sequence[DoorEvidence], *, downward: bool) -> FloatA
     """
     likelihoods = np.exp([each.bearing for each in evidence])  # (d, g)
     shares = np.array([AJAR**each.drives for each in evidence])[:, None, None]
-    cells = np.round(AJAR_DEG / STEP_DEG).astype(int)[:, None] * (-1 if downward else 1)
+    least, most = AJAR_DEG
+    angles = np.arange(least, most + AJAR_STEP_DEG / 2.0, AJAR_STEP_DEG)
+    cells = np.round(angles / STEP_DEG).astype(int)[:, None] * (-1 if downward else 1)
     ahead = (np.arange(len(BEARINGS)) + cells).clip(0, len(BEARINGS) - 1)  # (a, g)
     ajar = likelihoods[:, ahead]  # (d, a, g)
     log = np.log(likelihoods[:, None] + shares * ajar).sum(axis=0)

@@ -88,7 +88,7 @@ def test_marginal_inference_finds_the_doors_by_either_schedule(schedule: str) ->
     updates = {"inference": "marginal", "schedule": schedule}
     settings = Settings.model_validate({"object_updates": updates})
     rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), long_drive(1).records)
-    assert np.mean(list(door_errors(rows).values())) < 2.0
+    assert np.mean(list(door_errors(rows).values())) < 2.5
 
 
 def test_one_laser_localizes_while_another_observes() -> None:

@@ -76,7 +76,10 @@ def test_an_unseen_door_is_at_a_limit_or_as_uncertain_as_these_are_wide() -> Non
     item = door("door", 0.0, 0.0, limits=(0.0, 1.5))
     prior = filter_for(item, Settings()).prior(np.random.default_rng(0))
     limit = np.radians(5.0)
-    expected = -0.5 * np.log(0.5 / 1.5) - 0.3 * np.log(0.3 / limit) - 0.2 * np.log(0.2 / limit)
+    uniform, ajar = 0.5 / 1.5, 0.05 / limit  # per rad; a sixth of the closed ones within 5 degrees
+    expected = -uniform * (1.5 - limit) * np.log(uniform)
+    expected -= (uniform + ajar) * limit * np.log(uniform + ajar)
+    expected -= 0.25 * np.log(0.25 / limit) + 0.2 * np.log(0.2 / limit)
     assert belief_entropy(prior) == pytest.approx(expected, abs=0.03)
 
 
