@@ -105,29 +105,14 @@ def gather(
             continue
         last[record.laser] = robot.mean
         kept.append((record.stamp_ns, _placed(record, robot.mean, seconds)))
-    lost = surely_lost(estimator.lost)  # that the robot was elsewhere is found out later
-    right = [part for ns, part in kept if not np.any((lost[:, 0] <= ns) & (ns <= lost[:, 1]))]
+    lost = estimator.lost  # that the robot was elsewhere is found out later
+    right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
     if not right:
         raise LogError(
             f"The robot was localized nowhere in {log}; see with `objstate estimate` what is wrong."
         )
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
     return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
-
-
-def surely_lost(stretches: Sequence[tuple[int, int]]) -> IntArray:
-    """(k, 2) ns, stretches in which the robot was lost, and what is between two that last longer.
-
-    There it was taken for localized where it wasn't.
-    """
-    joined = list[tuple[int, int]]()
-    for begin, end in stretches:
-        last = joined[-1] if joined else (begin, begin)
-        if begin - last[1] < min(last[1] - last[0], end - begin):
-            joined[-1] = last[0], end
-        else:
-            joined.append((begin, end))
-    return np.reshape(np.array(joined, dtype=np.int64), (-1, 2))
 
 
 def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:

@@ -167,8 +167,16 @@ class Bank(Generic[Kept]):
         return (*self._probabilities, *now)
 
     def publish(self, near: float, now_ns: int) -> None:
-        """Update the intervals; ``near`` is the probability of the pose at the followed place."""
+        """Update the intervals; ``near`` is the probability of the pose at the followed place.
+
+        Between two intervals that both last longer, the robot was taken for localized where it
+        wasn't.
+        """
         self.near = near
+        if self.lost_since_ns is not None and self._past:
+            begun, ended = self._past[-1]
+            if self.lost_since_ns - ended < min(ended - begun, now_ns - self.lost_since_ns):
+                self.lose(begun)
         if self.is_lost and self.lost_since_ns is None:
             self.lost_since_ns = now_ns
         elif not self.is_lost and self.lost_since_ns is not None:

@@ -1,4 +1,4 @@
-"""What finding doors leaves out: where the robot was lost, and what accepted doors explain."""
+"""What finding doors leaves out: what accepted doors explain."""
 
 from __future__ import annotations
 
@@ -6,28 +6,8 @@ import numpy as np
 import pytest
 
 from objstate.discovery.doorway import unexplained
-from objstate.discovery.gathering import Beams, surely_lost
+from objstate.discovery.gathering import Beams
 from objstate.discovery.walls import Opening
-
-SECOND = 10**9
-
-
-@pytest.mark.parametrize(
-    ("stretches", "joined"),
-    [
-        ([], []),
-        ([(1, 4)], [(1, 4)]),
-        ([(1, 4), (6, 9)], [(1, 9)]),
-        ([(1, 4), (8, 9)], [(1, 4), (8, 9)]),
-        ([(1, 4), (6, 7)], [(1, 4), (6, 7)]),
-        ([(1, 4), (6, 9), (10, 12)], [(1, 12)]),
-    ],
-)
-def test_between_two_longer_stretches_the_robot_is_lost_too(
-    stretches: list[tuple[int, int]], joined: list[tuple[int, int]]
-) -> None:
-    lost = surely_lost([(begin * SECOND, end * SECOND) for begin, end in stretches])
-    assert (lost / SECOND).tolist() == [list(each) for each in joined]
 
 
 def test_what_ended_on_a_leaf_is_no_wall_beside_an_opening() -> None:

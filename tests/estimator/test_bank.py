@@ -61,6 +61,29 @@ def test_a_wide_belief_is_not_localized() -> None:
     assert probability == pytest.approx(0.7, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("stretches", "joined"),
+    [
+        ([], []),
+        ([(1, 4)], [(1, 4)]),
+        ([(1, 4), (6, 9)], [(1, 9)]),
+        ([(1, 4), (8, 9)], [(1, 4), (8, 9)]),
+        ([(1, 4), (6, 7)], [(1, 4), (6, 7)]),
+        ([(1, 4), (6, 9), (10, 12)], [(1, 12)]),
+    ],
+)
+def test_between_two_longer_stretches_the_robot_is_lost_too(
+    stretches: list[tuple[int, int]], joined: list[tuple[int, int]]
+) -> None:
+    bank = after([12.0])
+    for second in range(1, 13):
+        is_lost = any(begin <= second < end for begin, end in stretches)
+        bank.publish(0.3 if is_lost else 1.0, second * SECOND)
+    expected = [(begin * SECOND, end * SECOND) for begin, end in joined]
+    assert list(bank.stretches(12 * SECOND)) == expected
+    assert len(bank.probabilities) == len(expected)
+
+
 def test_a_search_is_made_when_scans_fit_less_than_usual() -> None:
     assert not after([12.0] * 20).may_search(60 * SECOND, 1.0)
     assert after([12.0] * 20 + [1.0] * 4).may_search(60 * SECOND, 1.0)
