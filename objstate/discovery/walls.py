@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -33,7 +33,9 @@ JAMB = 0.1  # m of wall that has to show beside an opening
 # stretches of wall ten times that. Of the length of all lines a fifth runs along walls.
 WALL_SHARE, PIECE, STRETCH, WALLS = 0.75, 0.5, 5.0, 0.2  # 1, m, m, 1
 LEAVES = BIN / STRETCH  # probability that a wall ends in a bin
-BEGINS = LEAVES * WALLS / (1.0 - WALLS)  # that one begins in a bin elsewhere
+# Walls of a building run in few directions, other things in others as well: the density of either
+# is a mean over all lines, and even for this share of them.
+TURN_STD, ANY_TURN, ROUNDS = np.radians(2.0), 0.1, 4  # rad, 1, 1
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
 HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
@@ -292,27 +294,18 @@ def _each_once(lines: list[WallLine]) -> list[WallLine]:
 def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
     """Where the lines are open with wall on both sides, in the map or in some drive; each once."""
     found: list[Opening] = []
-    of_beam = _walls_of(lines, beams)
-    of_cell = _walls_of_cells(lines, plan)
-    drives = int(beams.drive.max()) + 1
+    views = _Views(lines, plan, beams, _walls_of(lines, beams), _walls_of_cells(lines, plan))
     shown = np.array([line.shown for line in lines])
+    shows = [views.shows(number, views.crossed(number)) for number in range(len(lines))]
+    shares = wall_shares(lines, shows)
     for number, line in enumerate(lines):
-        count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
             continue
-        crossed = _crossed(line, beams)
-        # where another wall crosses the line, that is shown, and no piece of this one
-        at = of_beam[crossed.numbers]
-        own = (at == number) | (at < 0) | (np.abs(crossed.beyond) > BESIDE)
-        drive = beams.drive[crossed.numbers]
-        each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
+        crossed = views.crossed(number)
         parallel = np.array([abs(other.along @ line.normal) < PARALLEL for other in lines])
-        own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
-        drawn = _of_map(line, count, plan, own_cells)
-        known = _of_map(line, count, plan, plan.occupied | plan.free)
-        shows = [(drawn, ~drawn & _is_free(line, count, plan)), *each]
-        stretches = Stretches.of(shows)
-        for begin, end in _gaps(shows):
+        known = _of_map(line, _bins(line), plan, plan.occupied | plan.free)
+        stretches = Stretches.of(shows[number], shares[number])
+        for begin, end in _gaps(shows[number]):
             if known[begin:end].mean() < KNOWN:
                 continue
             p_wall = stretches.wall(begin, end)
@@ -320,12 +313,75 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
             about = crossed.between(low - JAMB_REACH, high + JAMB_REACH)
             walls = parallel & (shown >= LONGER * (high - low))
             inside = about.between(low, high)
-            of = of_beam[inside.numbers]
+            of = views.of_beam[inside.numbers]
             if _is_behind_wall(inside, low, end - begin, (of >= 0) & walls[of]):
                 continue
             low, high = _between_jambs(line, low, high, about, beams)
             found.append(Opening(line.at(low), line.at(high), p_wall))
     return found
+
+
+Shows = list[
+    tuple[BoolArray, BoolArray]
+]  # bins of a line that the map, or a drive, has as wall, or open
+
+
+class _Views(NamedTuple):
+    """What the map and each drive show along lines."""
+
+    lines: list[WallLine]
+    plan: OccupancyMap
+    beams: Beams
+    of_beam: IntArray  # (n,) the line at which each beam ends, -1: at none
+    of_cell: IntArray  # (rows, columns) the line on which each occupied cell lies, -1: on none
+
+    def crossed(self, number: int) -> Crossed:
+        """The beams that cross a line."""
+        return _crossed(self.lines[number], self.beams)
+
+    def shows(self, number: int, crossed: Crossed) -> Shows:
+        """The bins of a line that the map and each drive show to be wall, and to be open.
+
+        Where another wall crosses the line, that is shown, and no piece of this one.
+        """
+        line, at = self.lines[number], self.of_beam[crossed.numbers]
+        count, drives = _bins(line), int(self.beams.drive.max()) + 1
+        own = (at == number) | (at < 0) | (np.abs(crossed.beyond) > BESIDE)
+        drive = self.beams.drive[crossed.numbers]
+        each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
+        own_cells = self.plan.occupied & ((self.of_cell == number) | (self.of_cell < 0))
+        drawn = _of_map(line, count, self.plan, own_cells)
+        return [(drawn, ~drawn & _is_free(line, count, self.plan)), *each]
+
+
+def _bins(line: WallLine) -> int:
+    return int(np.ceil(line.length / BIN))
+
+
+def wall_shares(lines: list[WallLine], shows: Sequence[Shows]) -> FloatArray:
+    """(k,) of each line, the probability that it runs along a wall in some place, by its direction.
+
+    By expectation maximization: what bins show tells which lines are walls, and lines that are tell
+    in which directions walls run. A line tells nothing of its own direction.
+    """
+    turns = np.array([np.arctan2(*line.along[::-1]) for line in lines])
+    off = (turns[:, None] - turns + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0
+    alike = np.exp(-0.5 * np.square(off / TURN_STD)) / (np.sqrt(2.0 * np.pi) * TURN_STD)
+    np.fill_diagonal(alike, 0.0)
+    lengths, shares = np.array([line.length for line in lines]), np.full(len(lines), WALLS)
+    for _ in range(ROUNDS):
+        walls = lengths * [
+            Stretches.of(each, share).share for each, share in zip(shows, shares, strict=True)
+        ]
+        of_walls, of_things = (_density(alike, weights) for weights in (walls, lengths - walls))
+        shares = WALLS * of_walls / (WALLS * of_walls + (1.0 - WALLS) * of_things)
+    return shares
+
+
+def _density(alike: FloatArray, weights: FloatArray) -> FloatArray:
+    """(k,) the density of each line's direction, 1/rad, by all others (k,) of some weights."""
+    others = np.maximum(weights.sum() - weights, 1e-9)
+    return np.asarray((1.0 - ANY_TURN) * alike @ weights / others + ANY_TURN / (np.pi / 2.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,23 +390,32 @@ class Stretches:
 
     before: FloatArray  # (bins + 1, 2) probabilities of both at a bin, by the bins before it
     after: FloatArray  # (bins + 1, 2) likelihoods of the bins from there on
+    prior: float  # probability of wall
+    begins: float  # probability that a wall begins in a bin elsewhere
 
     @staticmethod
-    def of(shows: list[tuple[BoolArray, BoolArray]]) -> Stretches:
+    def of(shows: Shows, prior: float) -> Stretches:
         """By the bins of a line that some show to be wall, and that some show to be open."""
         wall = np.any([each for each, _ in shows], axis=0)
         is_open = np.any([each for _, each in shows], axis=0)
         unit = np.log(WALL_SHARE / (1.0 - WALL_SHARE)) * BIN / PIECE
         told = unit * (wall.astype(float) - (is_open & ~wall))
         before, after = np.empty((len(told) + 1, 2)), np.empty((len(told) + 1, 2))
-        kernels.stretches(told, LEAVES, BEGINS, before, after)
-        return Stretches(before, after)
+        begins = LEAVES * prior / (1.0 - prior)
+        kernels.stretches(told, LEAVES, begins, before, after)
+        return Stretches(before, after, prior, begins)
+
+    @property
+    def share(self) -> float:
+        """Of the line that runs through wall, as expected."""
+        both = self.before * self.after
+        return float(np.mean(both[:, 0] / both.sum(axis=1)))
 
     def wall(self, begin: int, end: int) -> float:
         """Probability that it is the same wall on both sides of some bins, whatever these show."""
         count = end - begin
-        forgets = 1.0 - (1.0 - LEAVES - BEGINS) ** count
-        steps = np.eye(2) + forgets * np.array([[WALLS - 1.0, 1.0 - WALLS], [WALLS, -WALLS]])
+        forgets, prior = 1.0 - (1.0 - LEAVES - self.begins) ** count, self.prior
+        steps = np.eye(2) + forgets * np.array([[prior - 1.0, 1.0 - prior], [prior, -prior]])
         both = self.before[begin][:, None] * self.after[end]
         return float(both[0, 0] * (1.0 - LEAVES) ** count / (both * steps).sum())
 
@@ -510,7 +575,7 @@ def _crossed(line: WallLine, beams: Beams) -> Crossed:
     return Crossed(numbers[:count].copy(), places[:count].copy(), beyond[:count].copy())
 
 
-def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:
+def _gaps(shows: Shows) -> Iterator[tuple[int, int]]:
     """Begin and end, in bins, of runs that are open in some of what is shown, with wall on both sides.
 
     The wall beside may be shown by another: the jambs stay where they are.

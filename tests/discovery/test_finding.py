@@ -32,7 +32,17 @@ from objstate.discovery.scoring import (
     turned,
     with_things,
 )
-from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
+from objstate.discovery.walls import (
+    BIN,
+    WALLS,
+    Opening,
+    Stretches,
+    WallLine,
+    distinct,
+    fitted,
+    openings,
+    wall_shares,
+)
 from objstate.geometry import FloatArray
 
 THICK, HALF, DEPTH, LENGTH = 0.14, 1.0, 2.5, 10.0  # m
@@ -366,12 +376,38 @@ def test_a_gap_lies_in_a_wall_if_both_sides_of_it_do(side: int, width: int) -> N
     count = 2 * side + width
     gap = np.zeros(count, dtype=bool)
     gap[side : side + width] = True
-    in_wall = Stretches.of([(~gap, gap)]).wall(side, side + width)
+    in_wall = Stretches.of([(~gap, gap)], WALLS).wall(side, side + width)
     alone = ~gap & (np.abs(np.arange(count) - count / 2.0) < width / 2.0 + 5.0)
-    between_posts = Stretches.of([(alone, ~alone)]).wall(side, side + width)
-    unknown = Stretches.of([(gap & False, gap)]).wall(side, side + width)
+    between_posts = Stretches.of([(alone, ~alone)], WALLS).wall(side, side + width)
+    unknown = Stretches.of([(gap & False, gap)], WALLS).wall(side, side + width)
     assert in_wall > unknown >= between_posts
     assert 0.0 < unknown < 0.5
+
+
+@given(st.floats(0.0, 180.0), st.integers(0, 1000))
+def test_walls_run_in_few_directions(turned: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    along_walls = np.tile([turned, turned + 90.0], 6) + rng.normal(0.0, 0.5, 12)
+    turns = np.radians(np.concatenate([along_walls, rng.uniform(0.0, 180.0, 24)]))
+    lengths = np.repeat([8.0, 2.0], [12, 24])
+    lines = [
+        WallLine(np.zeros(2), np.array([np.cos(turn), np.sin(turn)]), length)
+        for turn, length in zip(turns, lengths, strict=True)
+    ]
+    wall = [np.ones(round(length / BIN), dtype=bool) for length in lengths]
+    shows = [[(each, ~each)] for each in wall[:12]] + [[(~each, each)] for each in wall[12:]]
+    shares = wall_shares(lines, shows)
+    off = np.abs((np.degrees(turns) - turned + 45.0) % 90.0 - 45.0)
+    assert shares[:12].min() > WALLS
+    assert shares[off > 10.0].max(initial=0.0) < WALLS
+    assert (shares > 0.0).all()
+    assert (shares < 1.0).all()
+
+
+def test_a_line_alone_tells_nothing_of_directions() -> None:
+    bins = np.ones(80, dtype=bool)
+    line = WallLine(np.zeros(2), np.array([1.0, 0.0]), 2.0)
+    assert wall_shares([line], [[(bins, ~bins)]]) == pytest.approx(WALLS)
 
 
 def looked_at(ends: FloatArray, origin: FloatArray) -> Doorway:
