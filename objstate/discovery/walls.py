@@ -13,7 +13,7 @@ from objstate.discovery import kernels
 from objstate.discovery.gathering import Beams, Readings
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.surfaces import STEEP
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
 BIN = 0.025  # m along a line
 LEAST_WALL = 0.25  # m: shorter pieces make no line
@@ -296,7 +296,7 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
     found: list[Opening] = []
     views = _Views(lines, plan, beams, _walls_of(lines, beams), _walls_of_cells(lines, plan))
     shown = np.array([line.shown for line in lines])
-    shows = [views.shows(number, views.crossed(number)) for number in range(len(lines))]
+    shows = [views.shows(number) for number in range(len(lines))]
     shares = wall_shares(lines, shows)
     for number, line in enumerate(lines):
         if line.length < NARROWEST + 2 * JAMB:
@@ -321,9 +321,8 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
     return found
 
 
-Shows = list[
-    tuple[BoolArray, BoolArray]
-]  # bins of a line that the map, or a drive, has as wall, or open
+# The bins of a line that are wall, and that are open, in the map and in each drive.
+Shows = list[tuple[BoolArray, BoolArray]]
 
 
 class _Views(NamedTuple):
@@ -339,13 +338,14 @@ class _Views(NamedTuple):
         """The beams that cross a line."""
         return _crossed(self.lines[number], self.beams)
 
-    def shows(self, number: int, crossed: Crossed) -> Shows:
+    def shows(self, number: int) -> Shows:
         """The bins of a line that the map and each drive show to be wall, and to be open.
 
         Where another wall crosses the line, that is shown, and no piece of this one.
         """
-        line, at = self.lines[number], self.of_beam[crossed.numbers]
-        count, drives = _bins(line), int(self.beams.drive.max()) + 1
+        line, crossed = self.lines[number], self.crossed(number)
+        at, count = self.of_beam[crossed.numbers], _bins(line)
+        drives = int(self.beams.drive.max()) + 1
         own = (at == number) | (at < 0) | (np.abs(crossed.beyond) > BESIDE)
         drive = self.beams.drive[crossed.numbers]
         each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
@@ -365,7 +365,7 @@ def wall_shares(lines: list[WallLine], shows: Sequence[Shows]) -> FloatArray:
     in which directions walls run. A line tells nothing of its own direction.
     """
     turns = np.array([np.arctan2(*line.along[::-1]) for line in lines])
-    off = (turns[:, None] - turns + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0
+    off = wrap(4.0 * (turns[:, None] - turns)) / 4.0  # modulo a right angle
     alike = np.exp(-0.5 * np.square(off / TURN_STD)) / (np.sqrt(2.0 * np.pi) * TURN_STD)
     np.fill_diagonal(alike, 0.0)
     lengths, shares = np.array([line.length for line in lines]), np.full(len(lines), WALLS)
@@ -391,7 +391,6 @@ class Stretches:
     before: FloatArray  # (bins + 1, 2) probabilities of both at a bin, by the bins before it
     after: FloatArray  # (bins + 1, 2) likelihoods of the bins from there on
     prior: float  # probability of wall
-    begins: float  # probability that a wall begins in a bin elsewhere
 
     @staticmethod
     def of(shows: Shows, prior: float) -> Stretches:
@@ -401,9 +400,8 @@ class Stretches:
         unit = np.log(WALL_SHARE / (1.0 - WALL_SHARE)) * BIN / PIECE
         told = unit * (wall.astype(float) - (is_open & ~wall))
         before, after = np.empty((len(told) + 1, 2)), np.empty((len(told) + 1, 2))
-        begins = LEAVES * prior / (1.0 - prior)
-        kernels.stretches(told, LEAVES, begins, before, after)
-        return Stretches(before, after, prior, begins)
+        kernels.stretches(told, LEAVES, _begins(prior), before, after)
+        return Stretches(before, after, prior)
 
     @property
     def share(self) -> float:
@@ -414,10 +412,15 @@ class Stretches:
     def wall(self, begin: int, end: int) -> float:
         """Probability that it is the same wall on both sides of some bins, whatever these show."""
         count = end - begin
-        forgets, prior = 1.0 - (1.0 - LEAVES - self.begins) ** count, self.prior
+        forgets, prior = 1.0 - (1.0 - LEAVES - _begins(self.prior)) ** count, self.prior
         steps = np.eye(2) + forgets * np.array([[prior - 1.0, 1.0 - prior], [prior, -prior]])
         both = self.before[begin][:, None] * self.after[end]
         return float(both[0, 0] * (1.0 - LEAVES) ** count / (both * steps).sum())
+
+
+def _begins(prior: float) -> float:
+    """Probability that a wall begins in a bin elsewhere, where the ``prior`` is that of wall."""
+    return LEAVES * prior / (1.0 - prior)
 
 
 def _between_jambs(
