@@ -69,11 +69,8 @@ class BeamModelSettings(Strict):
     z_rand: NonNegative = 0.15
     sigma_hit: Positive = 0.06  # m
     lambda_short: NonNegative = 0.5  # 1/m
-    short_run: Annotated[float, Field(ge=1)] = (
-        # mean number of neighbouring beams that one unexpected thing stops; 1: beams are
-        # independent
-        10.0
-    )
+    # mean number of neighbouring beams that one unexpected thing stops
+    short_run: ClassVar[float] = 10.0
     short_std: ClassVar[float] = 0.1  # m by which their ranges differ from beam to beam
 
     @model_validator(mode="after")
@@ -174,14 +171,18 @@ class ObjectUpdateSettings(Strict):
     robot_samples: ClassVar[int] = 20  # drawn from the robot belief for each update
     tempering: ClassVar[float] = 0.2  # exponent on the likelihood of a scan
     max_position_std: ClassVar[float] = 0.5  # m; with a wider robot belief no object is updated
-    schedule: Literal["beams", "alternate", "lasers"] = "beams"
-    localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
+    # how readings are shared out in marginal inference; frames: of the lasers that localize
+    schedule: Literal["beams", "alternate"] | tuple[str, ...] = "beams"
 
-    @model_validator(mode="after")
-    def _some_laser_localizes(self) -> ObjectUpdateSettings:
-        if self.schedule == "lasers" and not self.localization_lasers:
-            raise ValueError("schedule 'lasers' needs localization_lasers: frames that localize")
-        return self
+    @field_validator("schedule", mode="before")
+    @classmethod
+    def _is_schedule(cls, given: Any) -> Any:
+        if given in ("beams", "alternate") or (given and isinstance(given, list | tuple)):
+            return given
+        raise ValueError(
+            f"{given!r} is no schedule; give beams, alternate, or the frames of the lasers that "
+            "localize, such as [front]"
+        )
 
 
 class DoorErrorSettings(Strict):
@@ -241,11 +242,35 @@ class Dynamics(Strict):
 
 
 class Rest(Strict):
-    """Where a door comes to rest after a move; the shares are normalized to one."""
+    """Where a door comes to rest after a move."""
 
-    closed: NonNegative = 0.3  # as the model shows it
-    open: NonNegative = 0.2  # at the limit farthest from that
-    anywhere: Positive = 0.5  # between them
+    closed: NonNegative = 0.3  # share that ends as the model shows it
+    open: NonNegative = 0.2  # share that ends at the limit farthest from that
+
+    @property
+    def anywhere(self) -> float:
+        """Share that ends anywhere between the limits."""
+        return 1.0 - self.closed - self.open
+
+    @model_validator(mode="before")
+    @classmethod
+    def _none_replaced(cls, given: Any) -> Any:
+        """Refuse a key of earlier versions."""
+        if isinstance(given, Mapping) and "anywhere" in given:
+            raise ValueError(
+                "'anywhere' is no longer a setting: it is what closed and open leave of 1; "
+                "remove it"
+            )
+        return given
+
+    @model_validator(mode="after")
+    def _some_between(self) -> Rest:
+        if self.anywhere <= 0.0:
+            raise ValueError(
+                f"closed ({self.closed:g}) and open ({self.open:g}) must add up to less than 1; "
+                "what is left of 1 ends between the limits"
+            )
+        return self
 
 
 class Swing(Strict):
@@ -360,6 +385,10 @@ REPLACED: dict[tuple[str, ...], str] = {  # settings of earlier versions, and wh
     ("consistency",): "errors shared by readings are learnt",
     (
         "object_updates",
+        "localization_lasers",
+    ): "give these frames as object_updates.schedule",
+    (
+        "object_updates",
         "correlation_m",
     ): "building_error.robot_length_m is the length over which the robot's error decorrelates",
     ("localization", "min_particles_by_furniture"): "furniture no longer needs robot samples",
@@ -387,7 +416,7 @@ REPLACED |= {
 
 
 CONSTANTS = {  # by group, settings of earlier versions
-    "beam_model": ("short_std",),
+    "beam_model": ("short_std", "short_run"),
     "localization": (
         *("pf_err", "pf_z", "bin_xy", "bin_yaw_deg", "resample_below", "least_effective"),
         *("kernel_width", "update_min_d", "update_min_a", "max_beams", "tempering"),

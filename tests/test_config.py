@@ -178,7 +178,7 @@ def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
         tmp_path,
         """
         objects:
-          - {match: "door_*", prior_std_deg: 5, rest: {closed: 1}}
+          - {match: "door_*", prior_std_deg: 5, rest: {closed: 0.7}}
           - {match: "door_0[12]", prior_std_deg: 7, prior: gaussian}
           - {match: "door_02", prior_mean_deg: 80}
         """,
@@ -188,7 +188,7 @@ def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
     assert isinstance(first, DoorSettings)
     assert isinstance(second, DoorSettings)
     assert isinstance(third, DoorSettings)
-    assert (first.prior_std_deg, first.rest.closed, first.prior) == (7, 1, "gaussian")
+    assert (first.prior_std_deg, first.rest.closed, first.prior) == (7, 0.7, "gaussian")
     assert (second.prior_mean_deg, first.prior_mean_deg) == (80, None)
     assert (third.prior_std_deg, third.prior) == (5, "uniform")
     assert other == DoorSettings()
@@ -216,7 +216,7 @@ def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
 
 
 def test_a_rule_that_sets_what_the_class_has_not_is_an_error(tmp_path: Path) -> None:
-    settings = loaded(tmp_path, "objects: [{match: desk, rest: {closed: 1}}]")
+    settings = loaded(tmp_path, "objects: [{match: desk, rest: {closed: 0.5}}]")
     with pytest.raises(SettingsError, match=r"object 'desk'.*rest"):
         settings.for_object("desk", "furniture")
 
@@ -236,6 +236,9 @@ def test_another_inference_changes_nothing_else() -> None:
         ({"hinges": {"in_place": 1.0}}, "building_error.hinge_std_m"),
         ({"map_error": {"std_m": 0.01}}, "building_error.wall_std_m"),
         ({"consistency": {"stretch": 0.3}}, "are learnt"),
+        ({"object_updates": {"localization_lasers": ["a"]}}, "as object_updates.schedule"),
+        ({"objects": [{"match": "d", "rest": {"anywhere": 1}}]}, "closed and open leave"),
+        ({"beam_model": {"short_run": 1}}, "'beam_model.short_run' .* constant"),
         ({"object_updates": {"correlation_m": 0.1}}, "building_error.robot_length_m"),
         ({"localization": {"min_particles_by_furniture": 9}}, "no longer needs robot samples"),
         ({"objects": [{"match": "desk", "scouts": 80}]}, "represented by Gaussians"),

@@ -25,10 +25,11 @@ class Schedule:
         k = self._seen.get(scan.laser, 0)
         self._seen[scan.laser] = k + 1
         localizes = np.zeros(len(scan), dtype=bool)
-        if self._settings.schedule == "beams":
-            localizes[k % 2 :: 2] = True
-        elif self._settings.schedule == "lasers":
-            localizes[:] = scan.laser in self._settings.localization_lasers
-        else:
-            localizes[:] = k % 2 == 0
+        match self._settings.schedule:
+            case "beams":
+                localizes[k % 2 :: 2] = True
+            case "alternate":
+                localizes[:] = k % 2 == 0
+            case lasers:
+                localizes[:] = scan.laser in lasers
         return scan.valid & localizes, scan.valid & ~localizes

@@ -6,6 +6,7 @@ expectation-maximization under a Dirichlet prior.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,9 +33,8 @@ class RestShares:
     rests: int  # that they were learnt from
 
     def to_dict(self) -> dict[str, float]:
-        """As a setting has them."""
-        names = ("closed", "open", "anywhere")
-        return {name: round(getattr(self, name), 3) for name in names}
+        """As a setting has them; rounded down, so that some are left for anywhere."""
+        return {name: math.floor(1e3 * getattr(self, name)) / 1e3 for name in ("closed", "open")}
 
 
 def learn_shares(

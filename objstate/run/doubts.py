@@ -113,8 +113,8 @@ def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterato
     unlocalized = options.belief == "own" and estimator.corrections == 0
     if unlocalized and not _was_never_found(estimator, options):
         yield (
-            "No scan localized the robot; its path is dead reckoning. Does localization_lasers "
-            "name the log's lasers?"
+            "No scan localized the robot; its path is dead reckoning. Does "
+            "object_updates.schedule name the log's lasers?"
         )
     if options.belief == "own" and not len(estimator.building.walls.faces):
         yield "The building has no walls to localize by; give its root link some."

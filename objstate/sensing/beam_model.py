@@ -33,6 +33,8 @@ class BeamModel:
 
     settings: BeamModelSettings
     blur: float = 0.0  # m, in addition to the settings' sigma_hit
+    # mean number of neighbouring beams that one unexpected thing stops; 1: beams are independent
+    run: float = BeamModelSettings.short_run
 
     def parameters(self, range_max: float) -> FloatArray:
         """(9,) the parameters of the kernels, for a laser with a range of up to ``range_max`` m."""
@@ -63,14 +65,14 @@ class BeamModel:
     @lazy
     def beam_by_beam(self) -> BeamModel:
         """The same model with independent beams."""
-        return BeamModel(self.settings.model_copy(update={"short_run": 1.0}), self.blur)
+        return BeamModel(self.settings, self.blur, run=1.0)
 
     @lazy
     def _kind(self) -> tuple[float, float, float]:
         """The ``parameters`` GAUSSIAN, UNEXPECTED and LASTING, which depend on no blur."""
         hit, short, _, _ = self._shares
         unexpected = short / (hit + short)  # of the beams that read a surface
-        lasts = 1.0 - 1.0 / self.settings.short_run if unexpected > 0.0 else 0.0
+        lasts = 1.0 - 1.0 / self.run if unexpected > 0.0 else 0.0
         return float(self.settings.model == "gaussian"), unexpected, lasts
 
     @lazy
@@ -84,7 +86,7 @@ class BeamModel:
 
     def blurred(self, blur: float) -> BeamModel:
         """The model with ``blur`` m added to ``sigma_hit``, as variances add."""
-        model = BeamModel(self.settings, math.hypot(self.blur, blur))
+        model = BeamModel(self.settings, math.hypot(self.blur, blur), self.run)
         # these don't depend on the blur
         model.__dict__.update(_shares=self._shares, _kind=self._kind)
         return model

@@ -16,7 +16,7 @@ from objstate.world.world import World
 
 AGAIN_S = 600.0  # after which a robot comes back to a door; a single rate serves one such time
 LEAST_RATE, MOST_RATE = 0.01, 60.0  # moves an hour
-MOST_MOVED = 0.95  # probability
+MOST_MOVED, MOST_CLOSED = 0.95, 0.999999  # probabilities
 
 
 def drive_settings(world: World, stamp_ns: int) -> Settings:
@@ -60,9 +60,5 @@ def _rest(filter_: LatticeFilter, closed: float) -> Rest:
     rest = filter_.settings.rest
     if "rest" in filter_.settings.model_fields_set:
         return rest
-    others = rest.open + rest.anywhere
-    return Rest(
-        closed=closed,
-        open=(1.0 - closed) * rest.open / others,
-        anywhere=max((1.0 - closed) * rest.anywhere / others, 1e-6),
-    )
+    closed = min(closed, MOST_CLOSED)
+    return Rest(closed=closed, open=(1.0 - closed) * rest.open / (1.0 - rest.closed))

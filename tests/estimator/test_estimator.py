@@ -96,11 +96,7 @@ def test_one_laser_localizes_while_another_observes() -> None:
     driven = drive(2, lasers=lasers)
     settings = Settings.model_validate(
         {
-            "object_updates": {
-                "inference": "marginal",
-                "schedule": "lasers",
-                "localization_lasers": ["rear"],
-            }
+            "object_updates": {"inference": "marginal", "schedule": ["rear"]},
         }
     )
     rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), driven.records)

@@ -15,7 +15,7 @@ from tests.rooms import fan, scan_of
 SETTINGS = {
     "beams": ObjectUpdateSettings(schedule="beams"),
     "alternate": ObjectUpdateSettings(schedule="alternate"),
-    "lasers": ObjectUpdateSettings(schedule="lasers", localization_lasers=("front",)),
+    "lasers": ObjectUpdateSettings(schedule=("front",)),
 }
 
 

@@ -56,7 +56,7 @@ localization:
   min_particles: 100
   max_particles: 2000
   alpha1: 0.02
-object_updates: {schedule: lasers, localization_lasers: [front, rear]}
+object_updates: {schedule: [front, rear]}
 objects:
   - {match: "door_*", dynamics: {moves_per_hour: 4.0}, rest: {closed: 0.5}}
   - match: "chair*"

@@ -138,7 +138,7 @@ def test_two_predictions_of_half_a_minute_are_one_of_a_minute(
     item: MovableObject, moves: float, atol: float
 ) -> None:
     """What is being moved drifts only once it rests, by the next prediction."""
-    anywhere = Rest(closed=0.0, open=0.0, anywhere=1.0)
+    anywhere = Rest(closed=0.0, open=0.0)
     filter_ = LatticeFilter(item, DoorSettings(dynamics=moving(0.5, 0.005, moves), rest=anywhere))
     belief = knows(filter_, np.array([0.5]))
     half = filter_.predict(belief, 30.0, rng_of())
@@ -203,10 +203,9 @@ def test_a_door_last_seen_an_hour_ago_is_uncertain_again() -> None:
     long_after = filter_.predict(belief, 100 * 3600.0, rng_of())
     rest, degrees = Rest(), np.degrees(long_after.states[:, 0])
     weights = long_after.weights.values
-    among = rest.closed + rest.open + rest.anywhere
-    assert weights[degrees < 15.0].sum() > rest.closed / among
-    assert weights[degrees > degrees.max() - 15.0].sum() > rest.open / among
-    assert weights.min() > 0.5 * rest.anywhere / among / len(weights)
+    assert weights[degrees < 15.0].sum() > rest.closed
+    assert weights[degrees > degrees.max() - 15.0].sum() > rest.open
+    assert weights.min() > 0.5 * rest.anywhere / len(weights)
 
 
 def test_furniture_last_seen_long_ago_may_be_anywhere_in_its_prior_again() -> None:

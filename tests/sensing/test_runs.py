@@ -27,11 +27,13 @@ def readings(seed: int, count: int = 6) -> tuple[FloatArray, FloatArray]:
     return measured, expected
 
 
-def summed(settings: BeamModelSettings, measured: FloatArray, expected: FloatArray) -> float:
+def summed(
+    settings: BeamModelSettings, run: float, measured: FloatArray, expected: FloatArray
+) -> float:
     """p(o | d-hat) as the sum over all ways in which the beams may fare."""
     shares = np.array([settings.z_hit, settings.z_short, settings.z_max, settings.z_rand])
     hit, short, missing, random = shares / shares.sum()
-    unexpected, lasts = short / (hit + short), 1.0 - 1.0 / settings.short_run
+    unexpected, lasts = short / (hit + short), 1.0 - 1.0 / run
     total = 0.0
     for ways in product((FREE, NEW, SAME), repeat=len(measured)):
         probability = 1.0
@@ -66,15 +68,15 @@ def gaussian(off: float, std: float) -> float:
 def test_the_recursion_is_the_sum_over_all_ways_in_which_beams_may_fare(
     seed: int, run: float
 ) -> None:
-    settings = BeamModelSettings(short_run=run)
+    settings = BeamModelSettings()
     measured, expected = readings(seed)
-    told, _ = BeamModel(settings).along(measured, RANGE_MAX)(expected)
-    assert told == pytest.approx(summed(settings, measured, expected))
+    told, _ = BeamModel(settings, run=run).along(measured, RANGE_MAX)(expected)
+    assert told == pytest.approx(summed(settings, run, measured, expected))
 
 
 @pytest.mark.parametrize("kind", ["mixture", "gaussian"])
 def test_runs_of_one_beam_are_beams_by_themselves(kind: str) -> None:
-    model = BeamModel(BeamModelSettings.model_validate({"model": kind, "short_run": 1}))
+    model = BeamModel(BeamModelSettings.model_validate({"model": kind}), run=1.0)
     measured, expected = readings(0)
     told, _ = model.along(measured, RANGE_MAX)(expected)
     assert told == pytest.approx(model(measured, RANGE_MAX)(expected).sum(), rel=1e-3)
@@ -83,7 +85,7 @@ def test_runs_of_one_beam_are_beams_by_themselves(kind: str) -> None:
 def test_one_box_costs_less_than_as_many_readings_by_themselves_and_a_beam_through_it_no_less() -> (
     None
 ):
-    runs, single = (BeamModel(BeamModelSettings(short_run=run)) for run in (10, 1))
+    runs, single = (BeamModel(BeamModelSettings(), run=run) for run in (10, 1))
     expected, box = np.full(20, 3.0), np.full(20, 1.5)
     assert costs(runs, box, expected) < 0.3 * costs(single, box, expected)
     through = np.full(20, 4.0)
@@ -111,7 +113,7 @@ def test_a_box_in_an_open_doorway_is_not_the_leaf() -> None:
     crowded = ExpectedRanges(building(Mesh.joined([walls, box]), leaf))
     scan = observed(crowded, state, robot, rays, rng, 0.03)
     for run, is_open in ((10.0, True), (1.0, False)):
-        model = BeamModel(BeamModelSettings(short_run=run))
+        model = BeamModel(BeamModelSettings(), run=run)
         view = Sensing(building(walls, leaf), model).view(scan)
         told = Comparison(view.walls(robot[None]))
         change, _ = view.object_log_likelihood(

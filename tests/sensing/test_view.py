@@ -84,7 +84,7 @@ MODELS = [
     BEAM_MODEL,
     BeamModel(BeamModelSettings(model="gaussian", sigma_hit=0.4)),
     BeamModel(BeamModelSettings(sigma_hit=0.1, lambda_short=0.1, z_max=0.2)),
-    BeamModel(BeamModelSettings(short_run=1)),
+    BeamModel(BeamModelSettings(), run=1.0),
 ]
 
 
@@ -201,7 +201,7 @@ def test_beams_that_do_not_touch_an_object_tell_nothing_of_it(view: ScanView) ->
 @pytest.mark.parametrize("kind", [0, 1], ids=["level", "mesh"])
 def test_beams_beside_an_object_change_nothing_where_each_is_stopped_by_itself(kind: int) -> None:
     """The beams that bear on the object tell all that the whole scan tells."""
-    view = both_views(noisy_scan(0), BeamModel(BeamModelSettings(short_run=1)))[kind]
+    view = both_views(noisy_scan(0), BeamModel(BeamModelSettings(), run=1.0))[kind]
     robots, states = near_robots(0), np.array([TRUE_STATES["table"], [-2.1, 0.3, 0.4]])
     background = view.walls(robots)
     whole, bears = view.object_log_likelihood("table", states, robots, Comparison(background))

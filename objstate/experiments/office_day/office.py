@@ -110,7 +110,7 @@ def _left_at(item: MovableObject, rng: np.random.Generator) -> FloatArray:
         from_stop = abs(float(np.radians(FROM_STOP_DEG) * rng.standard_normal()))
         rests = (item.lower + from_stop, item.upper - from_stop, between)
         shares = np.array([REST.closed, REST.open, REST.anywhere])
-        return np.array([rests[int(rng.choice(3, p=shares / shares.sum()))]])
+        return np.array([rests[int(rng.choice(3, p=shares))]])
     width = np.array([SPREAD_M, SPREAD_M, SPREAD_RAD])
     state = item.home + width * rng.standard_normal(3)
     state[2] = wrap(state[2])
