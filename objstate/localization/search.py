@@ -30,7 +30,7 @@ TRIES = 24  # poses around a hypothesis, in each of the following steps
 STEPS = (2.5, 1.0, 0.35, 0.12, 0.05)  # in units of ``SPREAD``
 # standard deviation of a looked-up pose about the true one
 SPREAD = np.array([0.12, 0.12, np.radians(2.5)])
-HOPELESS = 15.0  # log-likelihood behind the best from which further steps are useless
+HOPELESS = 15.0  # log odds behind the best place from which further steps are useless
 FINEST = STEPS[-1] * float(SPREAD[0]) / 2.0  # m by which ranges are blurred in the last step
 SLIP_M, SLIP_RAD = 0.5, 0.35  # median distance and turn of a slip
 INDEPENDENCE = (
@@ -207,7 +207,8 @@ class Search:
         score = coarse.log_odds(found[None], 0.0)[0]
         score[: len(known)] += score.max() - score.min()  # they aren't removed before refinement
         found = _distinct(found, score, HYPOTHESES + len(known))
-        poses, score = _refined(found, fine.log_odds, rng)
+        own = -np.inf if latest.followed is None else 0.0
+        poses, score = _refined(found, fine.log_odds, own, rng)
         poses = poses[np.argsort(-score, kind="stable")]
         poses = poses[_distinct_indices(poses, HYPOTHESES)]
         is_followed = np.zeros(len(poses), dtype=bool)
@@ -438,17 +439,20 @@ def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
 
 
 def _refined(
-    poses: FloatArray, joint: LogLikelihood, rng: np.random.Generator
+    poses: FloatArray, joint: LogLikelihood, own: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """The best poses near poses (h, 3), by ever smaller steps, and log-likelihoods (h,).
+    """The best poses near poses (h, 3), by ever smaller steps, and their log odds (h,).
 
-    All are refined with the same steps, so that none has better luck than others that keyframe alike.
+    All are refined with the same steps, so that none has better luck than others that look alike.
+    ``own`` are the log odds of the followed place.
     """
-    poses, score = poses.copy(), np.zeros(len(poses))
+    poses, score = poses.copy(), np.full(len(poses), own)
     for step in STEPS:
         off = rng.standard_normal((TRIES, 3)) * SPREAD * step
         off[0] = 0.0
-        rows = np.flatnonzero(score >= score.max() - HOPELESS)
+        rows = np.flatnonzero(score >= max(own, score.max()) - HOPELESS)
+        if len(rows) == 0:
+            break
         blur = step * float(SPREAD[0]) / 2.0
         found = joint(poses[rows, None] + off, blur)
         weights = np.exp(found - found.max(axis=1, keepdims=True))
