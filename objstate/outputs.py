@@ -194,14 +194,12 @@ def _new_workshop(parent: Path) -> tuple[Path, int]:
     """A workshop and the descriptor that holds its lock. Raises OSError."""
     while True:
         workshop = parent / f"{WORKSHOP}{secrets.token_hex(4)}"
+        workshop.mkdir()
         try:
-            workshop.mkdir()
             descriptor = _locked(workshop, os.O_RDWR | os.O_CREAT)
             (workshop / NEW).mkdir()
-        # removed by another process before it was locked
         except (BlockingIOError, FileNotFoundError):
-            if not parent.is_dir():
-                raise
+            continue  # removed by another process before it was locked
         except BaseException:
             _clear(workshop)
             raise

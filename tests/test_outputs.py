@@ -116,6 +116,12 @@ def test_folders_of_somebody_else_are_not_swept(tmp_path: Path) -> None:
     assert (own / "chapter.tex").exists()
 
 
+def test_a_file_system_that_makes_no_folders_is_an_error() -> None:
+    place = Path("/proc")  # a folder that exists, where making one fails as if it didn't
+    with pytest.raises(StorageError, match=r"Can't write /proc.*choose another place"):
+        write_text(place / "out", "x")
+
+
 @pytest.mark.parametrize("writer", ["text", "polars", *FORMATS])
 def test_a_full_disk_is_told_alike_whoever_writes(tmp_path: Path, writer: str) -> None:
     target = tmp_path / "out"

@@ -26,10 +26,15 @@ def print_text(text: str) -> None:
 
 
 def print_table(table: Table) -> None:
-    """A table, to stdout; in a pipe as wide as it needs."""
+    """A table, to stdout; as wide as it needs where the terminal is too narrow for its words."""
     from objstate.cli.plain_console import PlainConsole
 
     console = PlainConsole(sys.stdout, None if sys.stdout.isatty() else PIPE_WIDTH)
+    wide = console.options.update(width=PIPE_WIDTH)
+    for column in table.columns:
+        parts = [console.measure(cell, options=wide) for cell in (column.header, *column.cells)]
+        column.min_width = max(part.maximum if column.no_wrap else part.minimum for part in parts)
+    console.width = max(console.width, console.measure(table, options=wide).minimum)
     with console.capture() as capture:
         console.print(table)
     _write(capture.get())

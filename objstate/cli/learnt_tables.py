@@ -14,10 +14,7 @@ if TYPE_CHECKING:
     from objstate.discovery import Candidate, Learnt, Refined
     from objstate.world.places import PlaceStatics
 
-NUMBERS = (
-    "probability", "hinge x (m)", "y (m)", "± (m)", "bearing (deg)", "± (deg)", "width (m)",
-    "± (m)", "opens", "seen at (deg)",
-)  # fmt: skip
+NUMBERS = ("prob.", "hinge (m)", "bearing (deg)", "width (m)", "opens", "seen (deg)")
 
 
 def describe_found(learnt: Learnt) -> Iterator[str | Table]:
@@ -32,39 +29,36 @@ def describe_found(learnt: Learnt) -> Iterator[str | Table]:
 
 
 def _cells(each: Candidate) -> Iterator[str]:
-    door = each.door
+    door, (x, y), bearing = each.door, each.door.hinge, math.degrees(each.door.closed_bearing)
+    least, most = min(each.angles), max(each.angles)
     yield f"{each.probability:.3f}"
-    yield from (f"{value:z.2f}" for value in door.hinge)
-    yield f"{each.hinge_deviation:.3f}"
-    yield f"{math.degrees(door.closed_bearing):z.1f}"
-    yield f"{math.degrees(each.bearing_std):.1f}"
+    yield f"{x:z.2f}, {y:z.2f} ± {each.hinge_deviation:.2f}"
+    yield f"{bearing:z.1f} ± {math.degrees(each.bearing_std):.1f}"
     yield f"{door.width:.2f}"
-    yield f"{each.width_std:.3f}"
     yield door.opens
     if door.slides:
-        yield " ".join(f"{way:.2f} m" for way in each.angles)
+        yield _range(f"{least:.2f}", f"{most:.2f}") + " m"
     else:
-        yield " ".join(f"{math.degrees(angle):.0f}" for angle in each.angles)
+        yield _range(f"{math.degrees(least):.0f}", f"{math.degrees(most):.0f}")
+
+
+def _range(least: str, most: str) -> str:
+    return least if least == most else f"{least} to {most}"
 
 
 def describe_refined(refined: Refined) -> Iterator[str | Table]:
     """Where doors, walls and lasers are, beside the model."""
-    numbers = (
-        "drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)", "wider (cm)",
-        "± (cm)",
-    )  # fmt: skip
+    numbers = ("drives", "hinge x, y (cm)", "bearing (deg)", "wider (cm)")
     drives = f"{refined.drives} drive{'s' if refined.drives != 1 else ''}"
     table = new_table(drives, ("door",), numbers)
     for each in refined.doors:
         table.add_row(
             each.name,
             str(each.drives),
-            *(f"{100.0 * value:+.1f}" for value in each.hinge),
-            f"{100.0 * each.hinge_std:.1f}",
-            f"{math.degrees(each.bearing):+.2f}",
-            f"{math.degrees(each.bearing_std):.2f}",
-            f"{100.0 * each.width:+.1f}",
-            f"{100.0 * each.width_std:.1f}",
+            f"{100.0 * each.hinge[0]:+.1f}, {100.0 * each.hinge[1]:+.1f} "
+            f"± {100.0 * each.hinge_std:.1f}",
+            f"{math.degrees(each.bearing):+.2f} ± {math.degrees(each.bearing_std):.2f}",
+            f"{100.0 * each.width:+.1f} ± {100.0 * each.width_std:.1f}",
         )
     yield table
     if refined.furniture:
@@ -83,7 +77,7 @@ def describe_refined(refined: Refined) -> Iterator[str | Table]:
 
 def _pieces(furniture: Sequence[PlaceStatics]) -> Table:
     """Where furniture stands that is fixed."""
-    numbers = ("drives", "fixed (%)", "x (cm)", "y (cm)", "± (cm)", "yaw (deg)", "± (deg)")
+    numbers = ("drives", "fixed (%)", "x, y (cm)", "yaw (deg)")
     table = new_table("Furniture", ("piece",), numbers)
     for each in furniture:
         (x, y, yaw), std = each.moved.tolist(), each.std
@@ -91,10 +85,7 @@ def _pieces(furniture: Sequence[PlaceStatics]) -> Table:
             each.name,
             str(each.drives),
             f"{100.0 * each.fixed:.0f}",
-            f"{100.0 * x:+.1f}",
-            f"{100.0 * y:+.1f}",
-            f"{100.0 * each.place_std:.1f}",
-            f"{math.degrees(yaw):+.1f}",
-            f"{math.degrees(std[2]):.1f}",
+            f"{100.0 * x:+.1f}, {100.0 * y:+.1f} ± {100.0 * each.place_std:.1f}",
+            f"{math.degrees(yaw):+.1f} ± {math.degrees(std[2]):.1f}",
         )
     return table

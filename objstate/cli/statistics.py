@@ -93,10 +93,10 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
         "looks",
         "undecided",
         "open (%)",
-        "when seen (%)",
-        "open spell",
-        "closed spell",
-        "moves a day",
+        "when\nseen (%)",
+        "open\nspell",
+        "closed\nspell",
+        "moves\na day",
     )
     table = new_table("Doors", ("door",), numbers)
     for door in doors:

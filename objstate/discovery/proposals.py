@@ -68,7 +68,7 @@ class Shown:
 
     cells: Cells
     between: list[BoolArray]  # the cells in the opening
-    filling: list[list[Drawn]]  # what fills it, or a half
+    filling: list[list[tuple[Drawn, BoolArray]]]  # what fills it, or a half, and its cells
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
     def both(self, about: int) -> list[tuple[int, int]]:
@@ -142,14 +142,23 @@ class Backgrounds:
         return found
 
     def without(self, about: int, leaves: Sequence[tuple[Drawn, BoolArray]]) -> Behind:
-        """Without what fills an opening, and some leaves with their cells."""
-        cells, taken = self.shown.cells, self.shown.between[about].copy()
-        for _, its in leaves:
-            taken |= its
+        """Without what fills an opening, and some leaves with their cells.
+
+        What fills it beside an open leaf, where that would close it, is left: it is no leaf.
+        """
+        cells, opening = self.shown.cells, self.place.openings[about]
+        taken, drawn = self.shown.between[about].copy(), [each for each, _ in leaves]
+        on_leaf = np.any([its for _, its in leaves], axis=0) if leaves else np.zeros_like(taken)
+        for filling, its in self.shown.filling[about]:
+            is_beside = any(leaf.closes(filling) for leaf, _ in leaves)
+            if is_beside and cells.fill(its & ~on_leaf, opening, filling.share):
+                taken &= ~its
+            else:
+                drawn.append(filling)
+        taken |= on_leaf
         expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
-        drawn = (*self.shown.filling[about], *(each for each, _ in leaves))
         gained = self.as_is.log_likelihood - log_likelihood
-        return Behind(expected, log_likelihood, drawn, gained, cells.middles[~taken])
+        return Behind(expected, log_likelihood, tuple(drawn), gained, cells.middles[~taken])
 
     def redrawn(self, leaves: Sequence[Leaf], behind: Behind) -> Behind | None:
         """Without what lies on leaves, where the map shows them; None where it shows none of them."""
@@ -165,7 +174,7 @@ class Backgrounds:
         return self.without(leaves[0].about, shown) if shown else None
 
 
-def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
+def _filling(cells: Cells, opening: Opening) -> list[tuple[Drawn, BoolArray]]:
     """What the map shows that fills an opening, as one leaf that is closed, or either of two."""
     between = cells.in_doorway(opening)
     along, aside = beside(cells.middles, opening.start, opening.bearing)
@@ -177,7 +186,8 @@ def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
             start = opening.jamb(bool(from_end))[0]
             off = float(np.median(aside[closing])) / MAP_ASIDE
             log_none = share * float(np.logaddexp(FILLED, WALL_GOES_ON - 0.5 * off**2))
-            found.append(Drawn(from_end, 0.0, start, share, cells.middles[closing], log_none))
+            filling = Drawn(from_end, 0.0, start, share, cells.middles[closing], log_none)
+            found.append((filling, closing))
     return found
 
 

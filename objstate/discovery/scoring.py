@@ -117,6 +117,10 @@ class Drawn:
         is_its = self.from_end in (None, leaf.from_end) and self.share == leaf.share
         return is_its and (leaf.sense * self.turn > 0.0 or self.turn == 0.0)
 
+    def closes(self, filling: Drawn) -> bool:
+        """Whether a leaf that is drawn open would, closed, be where something fills the opening."""
+        return self.share == 1.0 or filling.from_end in (None, self.from_end)
+
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) squared deviations of a leaf at these angles from what is drawn.
 

@@ -180,8 +180,9 @@ class Bank(Generic[Kept]):
         if self.is_lost and self.lost_since_ns is None:
             self.lost_since_ns = now_ns
         elif not self.is_lost and self.lost_since_ns is not None:
-            self._past.append((self.lost_since_ns, now_ns))
-            self._probabilities.append(self._p_lost)
+            if self.lost_since_ns < now_ns:  # else another place won with this very scan
+                self._past.append((self.lost_since_ns, now_ns))
+                self._probabilities.append(self._p_lost)
             self.lost_since_ns, self._p_lost = None, 0.0
         if self.lost_since_ns is not None:
             self._p_lost = max(self._p_lost, 1.0 - self.p_localized)

@@ -77,9 +77,13 @@ class Spool(Generic[Row]):
     def _finish(self) -> None:
         import polars as pl
 
-        rest = self._take()
+        rest = self._take().lazy()
         if not self._spilled:
-            rest.write_parquet(self.path, row_group_size=ROWS_IN_GROUP)
+            self._finished(rest).collect().write_parquet(self.path, row_group_size=ROWS_IN_GROUP)
             return
-        parts = pl.concat([pl.scan_parquet(self._spilled), rest.lazy()])
+        parts = self._finished(pl.concat([pl.scan_parquet(self._spilled), rest]))
         parts.sink_parquet(self.path, row_group_size=ROWS_IN_GROUP, maintain_order=True)
+
+    def _finished(self, rows: pl.LazyFrame) -> pl.LazyFrame:
+        """All rows as they are written at the end."""
+        return rows

@@ -71,6 +71,15 @@ class EstimateWriter(Spool[Estimate]):
 
     def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
         super().__init__(Path(folder) / ESTIMATES, estimate_schema(), _columns, rows_in_memory)
+        # (from, before) ns in which the robot was lost, which is found out later
+        self.lost: Sequence[tuple[int, int]] = ()
+
+    def _finished(self, rows: pl.LazyFrame) -> pl.LazyFrame:
+        import polars as pl
+
+        stamp = pl.col("stamp")
+        within = [(stamp >= since) & (stamp < found) for since, found in self.lost]
+        return rows.with_columns(pl.any_horizontal("lost", *within).alias("lost"))
 
 
 def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:

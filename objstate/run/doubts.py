@@ -151,9 +151,8 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
     for each in times:
         yield (
             f"The robot was probably lost from {each} of the log: its scans were more probable "
-            "from another place, or from one that isn't on the map. If another place won, beliefs "
-            "about objects were restored, and estimates with these stamps are those of the losing "
-            "place."
+            "from another place, or from one that isn't on the map. Estimates of this time are "
+            "marked in the column 'lost', and what was learnt of objects then was discarded."
         )
     if estimator.is_lost and stretches:
         yield (

@@ -324,6 +324,7 @@ def _drive_through(
                 observer.note(record, estimator, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
+        table.lost = estimator.lost
     return drive
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from objstate.cli.console import print_table
 from objstate.cli.error_tables import errors_table, robot_table
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.state_table import events_table, state_table
+from objstate.cli.tables import new_table
 from objstate.evaluation import CoordinateErrors, Distances, LatestState, RobotErrors, StateErrors
 from objstate.logs import LaserSummary, LogSummary, TopicSummary
 from objstate.recording.events import Event
@@ -40,6 +42,19 @@ def test_no_figure_of_an_estimate_is_cut_off() -> None:
     for figure in ("180.0", "172.8 to 187.2", "1234.500", "1234.375 to 1234.625", "12345.6"):
         assert figure in shown
     assert "…" not in shown
+
+
+def test_on_a_terminal_that_is_too_narrow_a_table_is_as_wide_as_its_words(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "30")
+    table = new_table("Doors", ("door",), ("hinge (m)", "bearing (deg)"))
+    table.add_row("door_01", "-14.34, 3.41 ± 0.10", "-145.6 ± 1.6")
+    print_table(table)
+    shown = capsys.readouterr().out
+    for word in ("door_01", "-14.34, 3.41 ± 0.10", "-145.6 ± 1.6", "bearing (deg)"):
+        assert word in shown
 
 
 def test_degrees_and_metres_have_their_own_decimals() -> None:

@@ -159,6 +159,13 @@ def test_the_more_was_seen_the_less_a_part_that_the_map_lacks_looks_like_a_place
     assert alike(wall=True) > alike()  # nobody goes through a wall that is there
 
 
+def test_an_interval_of_being_lost_begins_before_it_ends() -> None:
+    bank = after([12.0] * 4)
+    bank.lose(2 * SECOND + 1)
+    bank.publish(1.0, 2 * SECOND)  # another place won with the scan of that moment
+    assert bank.stretches(3 * SECOND) == ()
+
+
 def test_a_scan_is_worth_more_where_it_was_taken_than_anywhere() -> None:
     place = corridor()
     sensing = Sensing(place, BeamModel(Settings().beam_model))

@@ -62,6 +62,18 @@ def test_a_run_that_fails_leaves_no_table(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("rows_in_memory", [3, 100])
+def test_rows_are_marked_as_lost_where_that_was_found_out_later(
+    tmp_path: Path, rows_in_memory: int
+) -> None:
+    estimates = [estimate(index) for index in range(10)]
+    with EstimateWriter(tmp_path, rows_in_memory) as table:
+        table.write(estimates)
+        table.lost = [(estimates[2].stamp_ns, estimates[4].stamp_ns)]
+    lost = read_estimates(tmp_path)["lost"].to_list()
+    assert lost == [each.lost or k in (2, 3) for k, each in enumerate(estimates)]
+
+
 def test_missing_or_strange_estimates_are_named(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="holds no"):
         read_estimates(tmp_path)
