@@ -44,6 +44,8 @@ NonNegativeAngle = Annotated[NonNegative, AfterValidator(checked_angle)]  # rad
 Share = Annotated[float, Field(ge=0, le=1)]
 Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
+ErrorM = Annotated[float, Field(gt=0, le=1)]  # m, a deviation of what was built or mounted
+ErrorDeg = Annotated[float, Field(gt=0, le=90)]
 Count = Annotated[int, Field(ge=1)]
 Samples = Annotated[int, Field(ge=10)]  # fewer can't represent a deviation
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
@@ -188,8 +190,8 @@ class ObjectUpdateSettings(Strict):
 class DoorErrorSettings(Strict):
     """Standard deviations of one door's static errors, where drives told of them."""
 
-    hinge_std_m: Positive
-    bearing_std_deg: Positive
+    hinge_std_m: ErrorM
+    bearing_std_deg: ErrorDeg
 
 
 class BuildingErrorSettings(Strict):
@@ -198,12 +200,12 @@ class BuildingErrorSettings(Strict):
     They are updated by the log.
     """
 
-    wall_std_m: Positive = 0.005  # offset of a piece of wall along its normal
+    wall_std_m: ErrorM = 0.005  # offset of a piece of wall along its normal
     wall_length_m: ClassVar[float] = 5.0  # distance over which offsets of walls decorrelate
-    hinge_std_m: Positive = 0.01  # of a hinge's place, in each direction
-    bearing_std_deg: Positive = 0.2  # of the bearing of a closed leaf
+    hinge_std_m: ErrorM = 0.01  # of a hinge's place, in each direction
+    bearing_std_deg: ErrorDeg = 0.2  # of the bearing of a closed leaf
     laser_std_m: ClassVar[float] = 0.005  # of a laser's place on the robot
-    laser_yaw_std_deg: Positive = 0.3
+    laser_yaw_std_deg: ErrorDeg = 0.3
     range_bias_std_m: ClassVar[float] = 0.005  # common offset of all ranges of a laser
     clock_std_s: ClassVar[float] = 0.02  # offset of a laser's stamps from the odometry's
     sweep_std_s: ClassVar[float] = 0.05  # duration of a sweep that the log doesn't tell

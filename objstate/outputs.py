@@ -166,7 +166,9 @@ def _refuse_what_exists(target: Path, overwrite: bool, replaceable: Callable[[Pa
     if not (target.exists() or target.is_symlink()):
         return
     if not overwrite:
-        raise ResultError(f"{target} exists already; choose another name, or add --overwrite.")
+        raise ResultError(
+            f"{target} exists already; choose another name, or overwrite it (--overwrite)."
+        )
     if target.is_symlink() or not replaceable(target):
         raise ResultError(
             f"{target} is not a result of objstate, so it won't be overwritten; "

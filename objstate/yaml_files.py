@@ -11,6 +11,7 @@ import yaml
 LONGEST = 4 * 2**20
 # values, counting aliases wherever they are used: a few lines can mean billions
 MOST_VALUES = 200_000
+MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 # depth of groups; more than any reader of the content needs
 DEEPEST = 50
 
@@ -67,6 +68,18 @@ class _Loader(yaml.SafeLoader):
         if self._count > MOST_VALUES:
             raise yaml.MarkedYAMLError(problem="it holds too many values", problem_mark=mark)
         self._counts[node] = self._count - before
+        return node
+
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
+        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        seen = set[str]()
+        for key in keys:
+            if key.value in seen and key.tag != MERGE:
+                raise yaml.MarkedYAMLError(
+                    problem=f"'{key.value}' is given twice", problem_mark=key.start_mark
+                )
+            seen.add(key.value)
         return node
 
 

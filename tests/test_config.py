@@ -255,6 +255,11 @@ def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(
         parse_strict(Settings, given, "old.yaml")
 
 
+def test_a_deviation_in_millimetres_is_refused(tmp_path: Path) -> None:
+    message = refused(tmp_path, "building_error: {hinge_std_m: 30}")
+    assert "building_error.hinge_std_m: must be less than or equal to 1, not 30" in message
+
+
 @pytest.mark.parametrize("key", ["lost_below", "doubt_above", "fit_after"])
 def test_thresholds_of_being_lost_are_replaced_by_rates(tmp_path: Path, key: str) -> None:
     message = refused(tmp_path, f"{{localization: {{{key}: 0.5}}}}")

@@ -36,6 +36,7 @@ MERGED = "a0: &a0 {x: 1}\n" + "".join(
     ("text", "said"),
     [
         ("[" * 3000, "nested too deeply"),
+        ("a: {b: 1, c: 2, b: 3}", "'b' is given twice .line 1, column 17"),
         ("a: " + "9" * 5000, "can't be read"),
         ("a: 2021-13-45", "can't be read"),
         ("a: !!timestamp x", "can't be read"),

@@ -37,7 +37,9 @@ def check_target(out: Path, overwrite: bool) -> None:
     if not out.exists():
         return
     if not overwrite:
-        raise BuildingError(f"{out} exists already; choose another folder, or add --overwrite.")
+        raise BuildingError(
+            f"{out} exists already; choose another folder, or overwrite it (--overwrite)."
+        )
     if not is_replaceable(out):
         raise BuildingError(
             f"{out} is not just a building that objstate made, so it won't be overwritten; "

@@ -14,7 +14,7 @@ Examples:
 
 
 def compile_() -> None:
-    """Compile the inner loops now, so that no run has to wait for it.
+    """Compile the inner loops now, so that no estimate has to wait for it.
 
     Otherwise the first run after an install does, which takes it a quarter to half a minute. They
     are kept beside the package, or in the user's cache folder; set NUMBA_CACHE_DIR to keep them

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.building import load_building
 from objstate.building.model import Building
-from objstate.errors import BuildingError, LogError, TruthError
+from objstate.errors import BuildingError, LogError, ResultError, TruthError
 from objstate.evaluation.breakdown import ALL, Group, groups, parts_of
 from objstate.evaluation.calibration import Calibration, calibrations
 from objstate.evaluation.conditions import conditions, no_conditions
@@ -104,8 +104,13 @@ def evaluate_batch(
         overall=overall,
         groups=groups(totals),
         calibration=calibrations(finals),
-        against=() if against is None else _against(finals, against, left, filtered),
+        against=() if against is None else _against(finals, against, left, results, filtered),
     )
+
+
+def _read(result: Path) -> list[str]:
+    """The digests of the files that a result was made of."""
+    return sorted(file["sha256"] for file in read_summary(result)["inputs"]["logs"])
 
 
 def kind_of(filtered: bool) -> str:
@@ -229,12 +234,21 @@ def _overall(totals: Totals, finals: pl.DataFrame) -> tuple[Overall, ...]:
 
 
 def _against(
-    finals: pl.DataFrame, other: str | Path, logs: Mapping[str, BatchLog], filtered: bool
+    finals: pl.DataFrame,
+    other: str | Path,
+    logs: Mapping[str, BatchLog],
+    own: Mapping[str, Path],
+    filtered: bool,
 ) -> tuple[Difference, ...]:
-    """Both by the truths of the first."""
+    """Both by the truths of the first, whose results are its ``own``. Raises ResultError."""
     found = Finals()
     with _opened(other) as index:
         results = _results(other, index, list(logs.values()))
+        for name, result in results.items():
+            if _read(result) != _read(own[name]):
+                raise ResultError(
+                    f"{result} is not of the log of {own[name]}; compare results of the same logs."
+                )
         wanted = {n: _part(result, logs[n], filtered) for n, result in results.items()}
         kept = {} if index is None else index.stamps(kind_of(filtered))
         same = {n: part for n, part in wanted.items() if kept.get(n) == part.stamp}

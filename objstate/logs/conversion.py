@@ -18,11 +18,12 @@ from objstate.logs.beliefs import (
     plane_pose,
     pose_array_belief,
 )
+from objstate.logs.definitions import ODOMETRY
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
 from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
 from objstate.logs.ordering import Arrival, Item
-from objstate.logs.roles import Roles
+from objstate.logs.roles import Roles, check_left_out
 from objstate.logs.scans import BeamGeometry, sweep_from
 from objstate.logs.survey import SURVEY_NS, read_tf_until, survey
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
@@ -96,6 +97,8 @@ class Converter:
         )
         edge = odometry_root(self._tree)
         if edge is None:
+            roles = self._roles
+            check_left_out(roles.types, ODOMETRY, "odometry", are_chosen=roles.are_chosen)
             frames = ", ".join(self._tree.frames) or "none"
             raise LogError(
                 "The log has no odometry: no nav_msgs/Odometry, and tf has no frame 'odom' above "

@@ -14,6 +14,8 @@ from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBe
 # ns; recorders and transports delay a message against others by less than this
 WINDOW_NS = 1_000_000_000
 
+SET_BACK_NS = 60 * 1_000_000_000  # ns; what is farther behind was stamped by another time
+
 # items; what is held back where recording times don't advance
 MOST_HELD = 10_000
 
@@ -47,12 +49,22 @@ def in_time_order(
     held: list[tuple[int, int, int, Arrival]] = []
     number = count()
     now_ns = left_ns = -(2**63)
+    first_ns, is_set_back = None, False
     for arrival in arrivals:
         item = arrival.item
+        first_ns = item.stamp_ns if first_ns is None else first_ns
         if item.stamp_ns < left_ns:
+            back_ns = left_ns - item.stamp_ns
+            if back_ns > SET_BACK_NS and not is_set_back:
+                is_set_back = True
+                notices.add(
+                    f"Stamps jump back by {back_ns / 1e9:.0f} s when {(left_ns - first_ns) / 1e9:.0f}"
+                    " s of the log have passed, as where a clock was set; the rest is dropped. Record"
+                    " the two parts as logs of their own"
+                )
             notices.drop(
                 type(item).__name__.replace("Sweep", "Scan"),
-                f"more than {window_ns / 1e9:g} s behind others in the log",
+                f"more than {window_ns / 1e9:g} s behind others in the log; do all clocks agree?",
             )
             continue
         now_ns = max(now_ns, arrival.recorded_ns)

@@ -51,6 +51,15 @@ class Roles:
         return self.lasers | self.tf | odometry
 
 
+def check_left_out(types: Mapping[str, str], kind: str, what: str, *, are_chosen: bool) -> None:
+    """Raise LogError where the log has messages of a type that no chosen topic has."""
+    left_out = _of_type(types, kind)
+    if are_chosen and left_out:
+        raise LogError(
+            f"The topics that --topics chooses hold no {what}; add {' or '.join(sorted(left_out))}."
+        )
+
+
 def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices: Notices) -> Roles:
     """Roles by the topics' types, among the ``chosen`` ones if any; tf is always read.
 
@@ -62,10 +71,12 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
     usable = {t: name for t, name in types.items() if chosen is None or t in chosen}
     lasers = _of_type(usable, LASER_SCAN)
     if not lasers:
+        check_left_out(types, LASER_SCAN, "laser scans", are_chosen=chosen is not None)
         raise LogError(f"No topic holds laser scans ({LASER_SCAN}). {_listed(types)}")
     tf = frozenset(topic for topic, name in types.items() if name in TF)
     odometry = odometry_topic(_of_type(usable, ODOMETRY), notices)
     if odometry is None and not tf:
+        check_left_out(types, ODOMETRY, "odometry", are_chosen=chosen is not None)
         raise LogError(
             f"No topic holds odometry ({ODOMETRY}, or {TF[0]} with the frame 'odom'). "
             f"{_listed(types)}"

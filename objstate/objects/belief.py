@@ -32,6 +32,7 @@ else:
 CENTRAL = 0.9  # probability between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state with a smaller deviation counts as certain
 SETTLED_LENGTH = 0.05  # m
+LARGEST = 20.0  # m, of robots that pass doors
 ROUNDING = 1e-12  # rounding error of sums of weights
 SETTLED = {  # largest deviation of a certain state, by coordinate
     Kind.HINGED: (SETTLED_ANGLE,),
@@ -258,11 +259,12 @@ class ObjectBelief:
         """Probability that a passage of ``width`` m is free at a door.
 
         A robot that isn't round gives its ``length`` m too (see ``passage.clear_widths``).
-        Raises BuildingError for furniture, ValueError for a width or a length that is none.
+        Raises BuildingError for furniture, ValueError for a width or a length that no robot has.
         """
-        if not (0.0 <= width < math.inf and 0.0 <= length < math.inf):
+        if not (0.0 <= width <= LARGEST and 0.0 <= length <= LARGEST):
             raise ValueError(
-                f"a width of {width} m and a length of {length} m must be 0 or more, and finite"
+                f"a width of {width} m and a length of {length} m must be between 0 and "
+                f"{LARGEST:g} m; give metres"
             )
         passage = self.clear_width if length == 0.0 else self.clear_width_for(length)
         return passage.probability_above(width)

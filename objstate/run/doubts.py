@@ -24,6 +24,7 @@ COMPASS = (  # counter-clockwise
 )
 # share of a log; a robot that is lost for longer is in another building, or started elsewhere
 MOST_LOST = 0.5
+LONG_PAUSE_NS = 600 * 1_000_000_000  # ns without a record, after which a drive may be another
 NAMES_SHOWN = 5  # most names in a list
 
 
@@ -65,6 +66,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_rules(building, options),
         *_of_lasers(drive, building, options),
         *_of_path(drive, estimator, options),
+        *_of_pauses(drive),
         *_of_being_lost(drive, estimator, options),
         *_of_objects(drive, building, _was_never_found(estimator, options)),
         *_of_hinges(estimator),
@@ -78,6 +80,22 @@ def _of_rules(building: Building, options: RunOptions) -> Iterator[str]:
                 f"The settings' rule for '{rule.match}' matches no object; the building has "
                 f"{_some(building.objects)}."
             )
+    for name in options.settings.building_error.doors:
+        if name not in building.objects:
+            yield (
+                f"building_error.doors of the settings names '{name}', which is no object; the "
+                f"building has {_some(building.objects)}."
+            )
+
+
+def _of_pauses(drive: Drive) -> Iterator[str]:
+    length_ns, since_ns = drive.pause_ns
+    if length_ns > LONG_PAUSE_NS:
+        yield (
+            f"The log has nothing for {length_ns / 1e9:.0f} s from {_at(since_ns, drive):.0f} s on, "
+            "and objects may have been moved meanwhile. If these are two drives, or a clock was "
+            "set, estimate each part by itself."
+        )
 
 
 def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterator[str]:

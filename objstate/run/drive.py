@@ -25,6 +25,7 @@ class Drive:
     scans: int = 0
     estimates: int = 0
     observed: int = 0  # estimates of objects that a beam reached
+    pause_ns: tuple[int, int] = (0, 0)  # the longest without any record, and when it began
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
     localized: list[tuple[int, float]] = field(
@@ -35,7 +36,8 @@ class Drive:
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Record the state after a record."""
         self.begin_ns = self.begin_ns or record.stamp_ns
-        self.end_ns = record.stamp_ns
+        since_ns, self.end_ns = self.end_ns or record.stamp_ns, record.stamp_ns
+        self.pause_ns = max(self.pause_ns, (self.end_ns - since_ns, since_ns))
         if estimates:
             self.estimates += len(estimates)
             self.observed += sum(estimate.observed for estimate in estimates)

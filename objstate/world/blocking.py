@@ -15,6 +15,7 @@ from objstate.objects import ObjectBelief
 from objstate.objects.footprint import motions, reach, silhouette
 
 ROUND_OFF = 1e-9  # m; touching is no blocking
+WIDEST_ROBOT = 5.0  # m, of a radius
 
 
 @dataclass(frozen=True)
@@ -109,4 +110,8 @@ def checked_path(path: ArrayLike, robot_radius: float) -> FloatArray:
         raise WorldError("A path is a list of points (x, y), in finite metres; give at least one.")
     if not (np.isfinite(robot_radius) and robot_radius > 0.0):
         raise WorldError(f"The robot's radius of {robot_radius} m must be above 0 and finite.")
+    if robot_radius > WIDEST_ROBOT:
+        raise WorldError(
+            f"A robot's radius of {robot_radius:g} m is wider than corridors are; give metres."
+        )
     return np.concatenate([points, points]) if len(points) == 1 else points

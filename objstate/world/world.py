@@ -121,8 +121,15 @@ class World:
 
         An earlier moment is answered with what was known then, a later one by prediction. Beliefs
         of drives that go on, which the world doesn't have yet, may be given as ``newer``, by name.
+        Raises WorldError for a stamp in seconds.
         """
-        stamp_ns = self.latest_ns or 0 if stamp_ns is None else stamp_ns
+        latest_ns = self.latest_ns or 0
+        stamp_ns = latest_ns if stamp_ns is None else stamp_ns
+        if latest_ns > NANOSECONDS**2 / 10 and 0 < stamp_ns < latest_ns / 1e6:
+            raise WorldError(
+                f"A stamp of {stamp_ns} ns is {stamp_ns / NANOSECONDS:g} s after 1970; stamps are "
+                "in nanoseconds."
+            )
         return Snapshot(self, stamp_ns, newer or {})
 
     def history(self, name: str) -> tuple[ObjectBelief, ...]:

@@ -92,6 +92,14 @@ def test_one_result_is_held_against_another(run, home: Path) -> None:
     assert "-inf to inf" in outcome.out
 
 
+def test_results_of_different_logs_are_not_compared(run, home: Path) -> None:
+    one, other = (home / "all" / "logs" / name for name in ("day_0", "day_1"))
+    truth = home / "drives" / "day_0" / "truth.csv"
+    outcome = run("evaluate", one, "--truth", truth, "--against", other, "--quiet")
+    assert outcome.code == 1
+    assert "compare results of the same logs" in outcome.err
+
+
 def test_one_result_needs_a_truth(run, home: Path) -> None:
     outcome = run("evaluate", home / "all" / "logs" / "day_0")
     assert outcome.code == 1

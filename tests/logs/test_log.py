@@ -128,8 +128,10 @@ def test_chosen_topics_are_checked_and_obeyed(drive, tmp_path) -> None:
     drive.straight().scan(2.9, topic="/other", frame="base_link").odometry(3.1, topic="/wheels")
     with pytest.raises(LogError, match=r"no topic '/scam'.*Usable topics"):
         read(drive, tmp_path, topics=["/scam"])
-    with pytest.raises(LogError, match="No topic holds laser scans"):
+    with pytest.raises(LogError, match="chooses hold no laser scans; add /other or /scan"):
         read(drive, tmp_path, topics=["/odom"])
+    with pytest.raises(LogError, match="chooses hold no odometry; add /odom or /wheels"):
+        read(drive, tmp_path, topics=["/other"])
     records, _ = read(drive, tmp_path, topics=["/other", "/odom"])
     assert {scan.laser for scan in of(Scan, records)} == {"base_link"}
 

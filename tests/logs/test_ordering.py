@@ -50,6 +50,16 @@ def test_what_comes_too_late_is_dropped_and_told() -> None:
     assert sum(notices.dropped.values()) == 1
 
 
+def test_a_clock_that_was_set_back_is_told_of_once_with_when_and_by_how_much() -> None:
+    times = [*range(100_000, 110_000, 500), *range(20_000, 30_000, 500)]
+    notices = Notices()
+    out = ordered([odometry(t) for t in times], range(0, 20_000, 500), notices)
+    assert len(out) == 20
+    (jump, dropped) = notices.listed()
+    assert jump.startswith("Stamps jump back by 88 s when 8 s of the log have passed")
+    assert dropped.startswith("Odometry dropped: more than 1 s behind")
+
+
 def test_one_stamp_in_the_far_future_holds_nothing_up_and_loses_nothing() -> None:
     times = [0, 100, 10**9, 200, *range(300, 5000, 100)]
     recorded = [0, 100, 150, 200, *range(300, 5000, 100)]

@@ -152,10 +152,12 @@ def test_edges_that_do_not_meet_are_charged_with_all_of_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "length"), [(np.nan, 0.0), (-1.0, 0.0), (0.6, np.nan), (0.6, -1.0)]
+    ("width", "length"), [(np.nan, 0.0), (-1.0, 0.0), (0.6, np.nan), (0.6, -1.0), (60.0, 0.0)]
 )
-def test_a_robot_of_no_size_is_refused(width: float, length: float) -> None:
-    with pytest.raises(ValueError, match="must be 0 or more"):
+def test_a_robot_of_no_size_or_of_one_in_centimetres_is_refused(
+    width: float, length: float
+) -> None:
+    with pytest.raises(ValueError, match="between 0 and 20 m; give metres"):
         at_angle(OPEN, 0).probability_clear(width, length)
 
 
