@@ -75,7 +75,7 @@ def _wall_problems(walls: Mesh, height: float) -> list[str]:
     if _in_millimetres(walls):
         return [
             f"The walls are {np.ptp(walls.vertices[:, 2]):.0f} m high, which looks like "
-            'millimetres; add scale="0.001 0.001 0.001" to their <mesh>.'
+            'millimetres; give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001".'
         ]
     if _lies_on_its_side(walls):
         return [
@@ -115,7 +115,7 @@ def _object_problems(item: MovableObject, around: Surroundings, height: float) -
     if _in_millimetres(item.mesh):
         return [
             f"{name} is {np.ptp(item.mesh.vertices[:, 2]):.0f} m high, which looks like "
-            'millimetres; add scale="0.001 0.001 0.001" to its <mesh>.'
+            'millimetres; give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001".'
         ]
     if len(home) == 0:
         return [

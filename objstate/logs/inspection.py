@@ -25,6 +25,7 @@ LARGEST_OFFSET = 1.0
 # s; a longer silence of a laser or the odometry is reported
 LONGEST_SILENCE = 2.0
 # ns; what was recorded within less came at once, as latched messages do, and has no rate
+FARTHEST = 500.0  # m that the lasers of robots read at most
 LEAST_SPAN_NS = 1_000_000
 
 
@@ -277,6 +278,11 @@ class _Survey:
             problem
             for topic, clock in sorted(self._clocks.items())
             for problem in clock.problems(topic)
+        ] + [
+            f"The laser '{frame}' reads up to {laser.first.range_max:g} m, which looks like "
+            "millimetres; a LaserScan has metres."
+            for frame, laser in sorted(self.lasers.items())
+            if laser.first.range_max > FARTHEST
         ]
 
 

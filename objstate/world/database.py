@@ -20,6 +20,7 @@ WAIT_S = 30  # s to wait for another writer before an error
 SWITCH_AGAIN_S = 0.01  # between attempts to switch a new file to write-ahead
 LOCK_CLASS = crc32(b"objstate") >> 1  # of PostgreSQL's advisory locks: which program's it is
 BUSY = ("database is locked", "lock timeout", "55P03")  # how either database says so
+READ_ONLY = "readonly database"  # how SQLite says so
 NO_WORLD = ("file is not a database", "malformed")
 
 
@@ -101,6 +102,11 @@ class Database:
             )
         if any(word in reason for word in NO_WORLD):
             return WorldError(f"{self.location} is no world: {reason}; give another path.")
+        if READ_ONLY in reason:
+            return WorldError(
+                f"The world {self.location}, or its folder, is read-only, and SQLite writes beside "
+                "it even to read it; copy it into a folder that can be written."
+            )
         return WorldError(f"Can't use the world {self.location}: {reason}")
 
 

@@ -31,6 +31,12 @@ def test_shares_of_returns(drive, tmp_path) -> None:
     assert (laser.returns, laser.no_returns, laser.discarded) == (0.25, 0.25, 0.5)
 
 
+def test_ranges_in_millimetres_are_named(drive, tmp_path) -> None:
+    drive.odometry(0).scan(0, (1000.0, 2000.0), frame="base_link", range_max=8000.0).odometry(1)
+    (problem,) = inspect_log(drive.mcap(tmp_path / "a.mcap")).problems
+    assert "'base_link' reads up to 8000 m, which looks like millimetres" in problem
+
+
 def test_a_log_that_cannot_be_used_is_still_inspected(drive, tmp_path) -> None:
     summary = inspect_log(drive.odometry(0).scan(0, frame="sick").mcap(tmp_path / "a.mcap"))
     (laser,) = summary.lasers
