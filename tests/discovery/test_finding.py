@@ -21,7 +21,7 @@ from objstate.discovery.doorway import Cells, Doorway, background, doorway, ende
 from objstate.discovery.gathering import Beams
 from objstate.discovery.lattice import SLIDS, SWINGS, Lattice, Rests, chained
 from objstate.discovery.nearby import Nearby
-from objstate.discovery.proposals import Shown
+from objstate.discovery.proposals import Backgrounds, Shown
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import (
     WAY,
@@ -525,6 +525,22 @@ def test_the_side_of_a_recess_is_no_leaf_that_stands_open(is_recess: bool) -> No
     place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
     found = {leaf.from_end for leaf, _ in Shown.about(place, plan).leaves[0]}
     assert found == (set() if is_recess else {False})
+
+
+@pytest.mark.parametrize("turn", [0.0, 90.0])
+def test_what_fills_an_opening_beside_an_open_leaf_is_no_leaf(turn: float) -> None:
+    """A leaf that was closed when the map was made is what fills it."""
+    plan = drawn(np.arange(0.0, 6.0, 0.02))
+    plan.occupied[20:37, 40] = True  # as long as a leaf, from the jamb on
+    place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
+    place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
+    place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
+    closed, opened = Backgrounds.of(place, Shown.about(place, plan), np.zeros(4)).cleared[0]
+    background = opened if turn else closed
+    assert {round(abs(np.degrees(each.turn))) for each in background.drawn} == {turn}
+    filling = np.array([2.5, 1.025])
+    is_left = bool((np.hypot(*(background.cells - filling).T) < 0.04).any())
+    assert is_left == (turn > 0.0)
 
 
 @pytest.mark.parametrize("sense", [1, -1])
