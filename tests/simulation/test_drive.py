@@ -149,7 +149,6 @@ def test_carmen_names_what_it_could_not_hold(scene: Path, tmp_path: Path) -> Non
         ("seeed: 1\n", "'seed'"),
         ("lasers: [{sigmma: 0.1}]\n", r"lasers\[0\]\.sigmma.*'sigma'"),
         ("lasers: [{angle_min: -90, angle_max: 90}]\n", "whole turn.*write -1.571"),
-        ("route: {waypoints: [{x: 0, y: 0}], start_yaw: 90}\n", "start_yaw.*write 1.571"),
         ("lasers: [{frame: a}, {frame: a}]\n", "frame of its own"),
         ("lasers: [{rate: 20, time_increment: 0.01}]\n", "sweep"),
         ("people: [{speed: 1.0}]\n", "route or a region"),
@@ -164,6 +163,12 @@ def test_faulty_scenes_name_place_and_cure(
     with pytest.raises(SettingsError, match=message):
         simulate(add(scene, text), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_start_in_degrees_is_refused(scene: Path, tmp_path: Path) -> None:
+    scene.write_text("building: room.urdf\nroute: {waypoints: [{x: 0, y: 0}], start_yaw: 90}\n")
+    with pytest.raises(SettingsError, match="start_yaw.*write 1.571"):
+        simulate(scene, tmp_path / "out")
 
 
 def test_routes_through_walls_are_refused(scene: Path, tmp_path: Path) -> None:
