@@ -167,7 +167,7 @@ def test_faulty_scenes_name_place_and_cure(
 
 def test_a_start_in_degrees_is_refused(scene: Path, tmp_path: Path) -> None:
     scene.write_text("building: room.urdf\nroute: {waypoints: [{x: 0, y: 0}], start_yaw: 90}\n")
-    with pytest.raises(SettingsError, match="start_yaw.*write 1.571"):
+    with pytest.raises(SettingsError, match=r"start_yaw.*write 1\.571"):
         simulate(scene, tmp_path / "out")
 
 
