@@ -12,7 +12,8 @@ import typer
 from objstate.cli.batch_progress import batch_progress
 from objstate.cli.console import print_text, print_warnings
 from objstate.cli.error_tables import UNITS
-from objstate.cli.options import Config, GlobalStart, Mounts, Quiet, Topics
+from objstate.cli.extras import calibration_from
+from objstate.cli.options import CalibrationFile, Config, GlobalStart, Mounts, Quiet, Topics
 from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
 from objstate.cli.tables import percent
 
@@ -72,6 +73,7 @@ def batch(
     global_start: GlobalStart = False,
     topics: Topics = None,
     mount: Mounts = None,
+    calibration: CalibrationFile = None,
     workers: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Processes. Default: one per core.")
     ] = None,
@@ -106,6 +108,7 @@ def batch(
     from objstate.report import REPORT, write_batch_report
     from objstate.run import RunOptions
 
+    mounts, clock_offsets = calibration_from(calibration)
     options = RunOptions(
         settings=load_settings(config),
         seed=seed,
@@ -113,7 +116,8 @@ def batch(
         initial_pose=None if initial_pose is None else parse_pose(initial_pose),
         global_start=global_start,
         topics=split_topics(topics or []),
-        mounts=parse_mounts(mount or []),
+        mounts=mounts | parse_mounts(mount or []),
+        clock_offsets=clock_offsets,
     )
     requested = gather(logs, building, truth, options)
     if truth is not None:

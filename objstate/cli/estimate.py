@@ -22,6 +22,7 @@ from objstate.cli.error_tables import robot_table
 from objstate.cli.extras import Extras, calibration_from
 from objstate.cli.live import live_view
 from objstate.cli.options import (
+    CalibrationFile,
     ClockOffsets,
     Config,
     From,
@@ -117,10 +118,7 @@ def estimate(
     topics: Topics = None,
     mount: Mounts = None,
     clock_offset: ClockOffsets = None,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(metavar="YAML", help="Mountings and clocks that `objstate calibrate` wrote."),
-    ] = None,
+    calibration: CalibrationFile = None,
     calibrate: Annotated[
         bool,
         typer.Option("--calibrate", help="Calibrate by the log first, and use the result."),

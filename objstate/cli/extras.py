@@ -27,7 +27,7 @@ BUILDING = "building"  # folder of a result that holds what was learnt of one
 
 
 def calibration_from(
-    file: Path | None, anew: bool
+    file: Path | None, anew: bool = False
 ) -> tuple[dict[str, FloatArray], dict[str, float]]:
     """Mountings and clock offsets of ``--calibration``. Raises SettingsError."""
     if file is None:

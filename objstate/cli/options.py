@@ -41,6 +41,14 @@ Mounts = Annotated[
         "--mount", metavar="FRAME=...", help=f"Where a laser is mounted: {MOUNT}. Repeatable."
     ),
 ]
+CalibrationFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--calibration",
+        metavar="YAML",
+        help="Mountings and clocks that `calibrate` or `building learn` wrote.",
+    ),
+]
 ClockOffsets = Annotated[
     list[str] | None,
     typer.Option(

@@ -64,6 +64,22 @@ def test_a_log_that_fails_sets_the_exit_code_and_is_named(run, home: Path, tmp_p
     assert "--retry-failed" in again.err
 
 
+def test_a_batch_is_estimated_with_the_mountings_that_were_learnt(
+    run, home: Path, tmp_path: Path
+) -> None:
+    (log,) = (home / "drives" / "day_0").glob("log.*")
+    mount = {"x": 0.2, "y": 0.0, "z": 0.3, "roll_deg": 0.0, "pitch_deg": 0.0, "yaw_deg": 0.5}
+    lasers = {"laser": {"mount": mount, "clock_offset": 0.002}}
+    (tmp_path / "calibration.yaml").write_text(json.dumps({"lasers": lasers}))
+    told = ("--calibration", tmp_path / "calibration.yaml", "--out", tmp_path / "out")
+    outcome = run("batch", log, "--building", home / "room.urdf", *told, "--workers", "1")
+    assert outcome.code == 0
+    (words,) = (tmp_path / "out" / "logs").glob("*/run.json")
+    options = json.loads(words.read_text())["options"]
+    assert list(options["mounts"]) == ["laser"]
+    assert options["clock_offsets"] == {"laser": 0.002}
+
+
 def test_a_batch_is_evaluated_by_its_own_truths(run, home: Path) -> None:
     file = home / "errors.json"
     outcome = run("evaluate", home / "all", "--json", file, "--quiet")
