@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from objstate.evaluation import LatestState
     from objstate.recording.events import Event
     from objstate.records import Estimate
+
+
+RETURNED = {"angle": math.radians(1.0), "offset": 0.01}  # differences, rad and m, of no account
 
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
@@ -50,6 +54,13 @@ def events_table(events: Sequence[Event], begin_ns: int) -> Table:
             percent(event.probability),
         )
     return table
+
+
+def has_returned(event: Event) -> bool:
+    """Whether a door ends where it stood before."""
+    if event.from_state is None or event.to_state is None or event.coordinate not in RETURNED:
+        return False
+    return abs(event.to_state - event.from_state) < RETURNED[event.coordinate]
 
 
 def label(coordinate: str) -> str:
