@@ -254,17 +254,6 @@ class Rest(Strict):
         """Share that ends anywhere between the limits."""
         return 1.0 - self.closed - self.open
 
-    @model_validator(mode="before")
-    @classmethod
-    def _none_replaced(cls, given: Any) -> Any:
-        """Refuse a key of earlier versions."""
-        if isinstance(given, Mapping) and "anywhere" in given:
-            raise ValueError(
-                "'anywhere' is no longer a setting: it is what closed and open leave of 1; "
-                "remove it"
-            )
-        return given
-
     @model_validator(mode="after")
     def _some_between(self) -> Rest:
         if self.anywhere <= 0.0:
@@ -346,7 +335,10 @@ REPLACED_OF_OBJECTS = {  # keys of earlier versions, and what replaced them
     ),
     "class": "an object's class follows from the type of its joint",
 }
-DRIFTS = "drift_deg", "drift_m"
+REPLACED_WITHIN = {  # the same of groups of an object's keys
+    "dynamics": dict.fromkeys(("drift_deg", "drift_m"), f"it is {CONSTANT}"),
+    "rest": {"anywhere": "it is what closed and open leave of 1"},
+}
 
 
 class ObjectRule(Strict):
@@ -370,8 +362,9 @@ class ObjectRule(Strict):
         if not isinstance(given, Mapping):
             return given
         replaced = {key: cure for key, cure in REPLACED_OF_OBJECTS.items() if given.get(key)}
-        if isinstance(given.get("dynamics"), Mapping):
-            replaced |= {key: f"it is {CONSTANT}" for key in DRIFTS if key in given["dynamics"]}
+        for group, cures in REPLACED_WITHIN.items():
+            if isinstance(given.get(group), Mapping):
+                replaced |= {key: cure for key, cure in cures.items() if key in given[group]}
         for key, cure in replaced.items():
             raise ValueError(f"'{key}' is no longer a setting: {cure}; remove it")
         return given

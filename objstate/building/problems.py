@@ -13,6 +13,7 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import WHOLE_TURN, FloatArray, cross_product, crosses
 
+IN_METRES = 'give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001"'
 TALLEST = 100.0  # m: a storey or an object higher than this was drawn in millimetres
 STOREY = 15.0  # m: more than a storey is high
 UPRIGHT = 0.1  # of a unit normal's component, below which a face counts as parallel to that axis
@@ -75,7 +76,7 @@ def _wall_problems(walls: Mesh, height: float) -> list[str]:
     if _in_millimetres(walls):
         return [
             f"The walls are {np.ptp(walls.vertices[:, 2]):.0f} m high, which looks like "
-            'millimetres; give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001".'
+            f"millimetres; {IN_METRES}."
         ]
     if _lies_on_its_side(walls):
         return [
@@ -115,7 +116,7 @@ def _object_problems(item: MovableObject, around: Surroundings, height: float) -
     if _in_millimetres(item.mesh):
         return [
             f"{name} is {np.ptp(item.mesh.vertices[:, 2]):.0f} m high, which looks like "
-            'millimetres; give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001".'
+            f"millimetres; {IN_METRES}."
         ]
     if len(home) == 0:
         return [

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from objstate.records import Estimate
 
 
-RETURNED = {"angle": math.radians(1.0), "offset": 0.01}  # differences, rad and m, of no account
-
-
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
     """Each coordinate with its 90 % interval and the time at which a scan last reached it.
 
@@ -58,9 +55,12 @@ def events_table(events: Sequence[Event], begin_ns: int) -> Table:
 
 def has_returned(event: Event) -> bool:
     """Whether a door ends where it stood before."""
-    if event.from_state is None or event.to_state is None or event.coordinate not in RETURNED:
+    from objstate.smoothing.objects import SAME_DEG, SAME_M
+
+    same = {"angle": math.radians(SAME_DEG), "offset": SAME_M}.get(event.coordinate)
+    if same is None or event.from_state is None or event.to_state is None:
         return False
-    return abs(event.to_state - event.from_state) < RETURNED[event.coordinate]
+    return abs(event.to_state - event.from_state) < same
 
 
 def label(coordinate: str) -> str:

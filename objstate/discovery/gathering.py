@@ -108,12 +108,12 @@ def gather(
     lost = estimator.lost  # that the robot was elsewhere is found out later
     right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
     if not right:
-        raise LogError(nowhere(log, run))
+        raise LogError(_nowhere(log, run))
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
     return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
 
 
-def nowhere(log: str | Path, run: RunOptions) -> str:
+def _nowhere(log: Path, run: RunOptions) -> str:
     """Why a log tells nothing, and the cure."""
     cure = "is it a log of this building, and is the start right?"
     if run.initial_pose is None and not run.global_start:

@@ -148,7 +148,9 @@ class Backgrounds:
         """
         cells, opening = self.shown.cells, self.place.openings[about]
         taken, drawn = self.shown.between[about].copy(), [each for each, _ in leaves]
-        on_leaf = np.any([its for _, its in leaves], axis=0) if leaves else np.zeros_like(taken)
+        on_leaf = np.zeros_like(taken)
+        for _, its in leaves:
+            on_leaf |= its
         for filling, its in self.shown.filling[about]:
             is_beside = any(leaf.closes(filling) for leaf, _ in leaves)
             if is_beside and cells.fill(its & ~on_leaf, opening, filling.share):

@@ -108,11 +108,6 @@ def evaluate_batch(
     )
 
 
-def _read(result: Path) -> list[str]:
-    """The digests of the files that a result was made of."""
-    return sorted(file["sha256"] for file in read_summary(result)["inputs"]["logs"])
-
-
 def kind_of(filtered: bool) -> str:
     """Under which the sums of a log are kept."""
     return "errors, filtered" if filtered else "errors"
@@ -164,6 +159,11 @@ def _results(
     entries = settled(index, Path(folder), read_logs(folder))
     done = {name for name, entry in entries.items() if entry.outcome.status == "done"}
     return {log.name: result_of(folder, log.name) for log in logs if log.name in done}
+
+
+def _digests(result: Path) -> list[str]:
+    """Of the log's files that a result was made of."""
+    return sorted(file["sha256"] for file in read_summary(result)["inputs"]["logs"])
 
 
 def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
@@ -245,7 +245,7 @@ def _against(
     with _opened(other) as index:
         results = _results(other, index, list(logs.values()))
         for name, result in results.items():
-            if _read(result) != _read(own[name]):
+            if _digests(result) != _digests(own[name]):
                 raise ResultError(
                     f"{result} is not of the log of {own[name]}; compare results of the same logs."
                 )

@@ -25,8 +25,8 @@ LARGEST_OFFSET = 1.0
 # s; a longer silence of a laser or the odometry is reported
 LONGEST_SILENCE = 2.0
 # ns; what was recorded within less came at once, as latched messages do, and has no rate
-FARTHEST = 500.0  # m that the lasers of robots read at most
 LEAST_SPAN_NS = 1_000_000
+FARTHEST = 500.0  # m that the lasers of robots read at most
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from objstate.errors import WorldError
 from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.recording.stamps import CALENDAR_FROM
 from objstate.records import NANOSECONDS
 from objstate.units import SECONDS_PER_HOUR
 from objstate.world.allowed import Task
@@ -125,7 +126,8 @@ class World:
         """
         latest_ns = self.latest_ns or 0
         stamp_ns = latest_ns if stamp_ns is None else stamp_ns
-        if latest_ns > NANOSECONDS**2 / 10 and 0 < stamp_ns < latest_ns / 1e6:
+        calendar_ns = CALENDAR_FROM * NANOSECONDS
+        if 0 < stamp_ns < calendar_ns <= latest_ns:
             raise WorldError(
                 f"A stamp of {stamp_ns} ns is {stamp_ns / NANOSECONDS:g} s after 1970; stamps are "
                 "in nanoseconds."

@@ -161,6 +161,16 @@ def test_a_robot_of_no_size_or_of_one_in_centimetres_is_refused(
         at_angle(OPEN, 0).probability_clear(width, length)
 
 
+def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
+    now = 1_600_000_000 * 10**9
+    world = World.of({"desk": DESK}, beliefs=[desk_at(5.0, now)])
+    with pytest.raises(WorldError, match="stamps are in nanoseconds"):
+        world.at(1_600_000_000)
+    assert world.at(now).blocked([(2.0, 1.0)], 0.3).probability < 0.5
+    with pytest.raises(WorldError, match="give metres"):
+        world.at(now).blocked([(2.0, 1.0)], 30.0)
+
+
 def test_a_probability_is_never_above_one() -> None:
     rng = np.random.default_rng(0)
     door = at_angle(OPEN, 0)
