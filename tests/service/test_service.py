@@ -143,8 +143,8 @@ def test_a_damaged_log_fails_with_its_reason_and_the_next_goes_on(
 
 
 def test_no_acknowledged_drive_is_lost_by_a_kill(
-    serve: Serve, hall: tuple[Path, Path], place: str
-) -> None:
+    place: str, serve: Serve, hall: tuple[Path, Path]
+) -> None:  # the place is asked for first, so that it goes last, when no service writes into it
     first = serve(place)
     drive = first.ask("/v1/drives", hall[1].read_bytes()).json["id"]
     token = first.token

@@ -11,6 +11,7 @@ import pytest
 from sqlalchemy import create_engine, text
 from sqlalchemy.exc import DBAPIError
 
+from objstate.world.database import Database
 from objstate.world.location import parse_location
 
 VARIABLE = "OBJSTATE_TEST_DATABASE_URL"
@@ -23,9 +24,10 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
         yield str(tmp_path / "world.db")
         return
     schema = f"objstate_test_{secrets.token_hex(6)}"
-    yield f"{reachable_server()}?schema={schema}"
-    with create_engine(parse_location(os.environ[VARIABLE]).url).begin() as connection:
-        connection.execute(text("SET LOCAL lock_timeout = 5000"))  # rather fail than hang
+    url = f"{reachable_server()}?schema={schema}"
+    yield url
+    # The server may still be at what a killed writer told it last: that comes first.
+    with Database(parse_location(url), wait_s=5).writing() as connection:
         connection.execute(text(f'DROP SCHEMA IF EXISTS "{schema}" CASCADE'))
 
 
