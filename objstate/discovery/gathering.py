@@ -14,7 +14,7 @@ from objstate.discovery.nearby import Nearby
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, IntArray, between, transform_from_pose
 from objstate.records import NANOSECONDS, Scan
-from objstate.run import RunOptions, open_run
+from objstate.run import RunOptions, open_run, unknown_start
 from objstate.sensing import cast_from
 
 SPACING, SPACING_YAW = 0.15, 0.2  # m, rad between scans that are kept: nearer ones tell the same
@@ -85,7 +85,7 @@ def gather(
 ) -> Beams:
     """The beams of one drive, localized in the map's walls.
 
-    Raises LogError where the robot was localized nowhere.
+    Raises LogError where the robot's start is unknown, or where it was localized nowhere.
     """
     records, estimator = open_run([log], replace(walls, objects={}), run)
     kept: list[tuple[int, Beams]] = []
@@ -107,18 +107,15 @@ def gather(
         kept.append((record.stamp_ns, _placed(record, robot.mean, seconds)))
     lost = estimator.lost  # that the robot was elsewhere is found out later
     right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
+    if estimator.robot is None:
+        raise LogError(f"{log}: {unknown_start(records, run)}")
     if not right:
-        raise LogError(_nowhere(log, run))
+        raise LogError(
+            f"The robot was localized nowhere in {log}: is it a log of this building, and is the "
+            "start right?"
+        )
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
     return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
-
-
-def _nowhere(log: Path, run: RunOptions) -> str:
-    """Why a log tells nothing, and the cure."""
-    cure = "is it a log of this building, and is the start right?"
-    if run.initial_pose is None and not run.global_start:
-        cure = "give its start as --initial-pose X,Y,YAW, or --global, unless the log has one."
-    return f"The robot was localized nowhere in {log}: {cure}"
 
 
 def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:

@@ -3,7 +3,7 @@
 from objstate.run.inputs import BuildingInput
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
-from objstate.run.run import FILES, GRID_FILES, RunResult, estimate_log, open_run
+from objstate.run.run import FILES, GRID_FILES, RunResult, estimate_log, open_run, unknown_start
 from objstate.run.scene import LAYOUT, SCENE
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "RunResult",
     "estimate_log",
     "open_run",
+    "unknown_start",
 ]

@@ -336,19 +336,17 @@ def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
             "PoseWithCovarianceStamped); localize with --belief own."
         )
     if not drive.stamps_ns:
-        raise LogError(
-            f"The robot's start is unknown: {_where_no_start_is(log, options)}; "
-            "give --initial-pose X,Y,YAW, or --global."
-        )
+        raise LogError(unknown_start(log, options))
 
 
-def _where_no_start_is(log: Log, options: RunOptions) -> str:
-    """Where no usable initial pose was found: in the log, or in the part that was read."""
+def unknown_start(log: Log, options: RunOptions) -> str:
+    """What to say where no usable initial pose was found in a log, or in the part that was read."""
+    where = "the log holds no /initialpose"
     unusable = [warning for warning in log.warnings if "/initialpose" in warning]
     if unusable:
-        return "; ".join(unusable)
-    if options.topics is not None:
-        return "the topics that are read hold no /initialpose"
-    if options.start is not None:
-        return "the log holds no /initialpose after --from"
-    return "the log holds no /initialpose"
+        where = "; ".join(unusable)
+    elif options.topics is not None:
+        where = "the topics that are read hold no /initialpose"
+    elif options.start is not None:
+        where += " after --from"
+    return f"The robot's start is unknown: {where}; give --initial-pose X,Y,YAW, or --global."

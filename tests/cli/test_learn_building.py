@@ -41,6 +41,17 @@ def test_doors_are_found_adjusted_and_estimated_in_one_go(run, drives: Drives) -
     assert right >= 2
 
 
+def test_a_drive_whose_start_is_unknown_is_named_with_the_cure(
+    run, drives: Drives, tmp_path: Path
+) -> None:
+    given = ("--map", drives.map, "--out", tmp_path / "out", "--topics", "/scan,/odom,/tf_static")
+    outcome = run("building", "learn", drives.logs[0], *given, "--quiet")
+    assert outcome.code == 1
+    for part in (drives.logs[0].name, "hold no /initialpose", "give --initial-pose"):
+        assert part in outcome.err.replace("\n", " ")
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_excludes_it_is_said(run, drives: Drives, tmp_path: Path) -> None:
     log = drives.logs[0]
     given = ("--building", drives.map, "--learn-building", "--out", tmp_path / "out")
