@@ -40,6 +40,10 @@ def subject_of(
     wrote is edited in place. Raises BuildingError.
     """
     path = Path(source)
+    if not path.exists():
+        raise BuildingError(
+            f"{path} doesn't exist; give a building's folder or URDF, or a map's YAML file."
+        )
     target = _target(path, out)
     if is_map(path):
         building, plan, sidecar = _walls_of(path), path, None

@@ -179,6 +179,12 @@ def test_a_building_of_others_is_not_changed_where_it_lies(folder: Path, tmp_pat
         subject_of(tmp_path / "out", folder)
 
 
+@pytest.mark.parametrize("name", ["nowhere", "nowhere.urdf", "nowhere.yaml"])
+def test_a_source_that_does_not_exist_is_told(tmp_path: Path, name: str) -> None:
+    with pytest.raises(BuildingError, match=f"{name} doesn't exist"):
+        subject_of(tmp_path / name)
+
+
 @pytest.mark.parametrize(
     ("doors", "message"),
     [
