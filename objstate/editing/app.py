@@ -69,9 +69,10 @@ def edit_app(subject: Subject, points: FloatArray) -> Starlette:
 
 
 def serve(subject: Subject, points: FloatArray, port: int, on_ready: Callable[[str], None]) -> None:
-    """Serve the page on loopback until interrupted; ``on_ready`` receives its address.
+    """Serve the page on loopback until interrupted.
 
-    Port 0 takes a free one. Raises SettingsError where the port is taken, or the extra is missing.
+    ``on_ready`` receives its address once connections to it are accepted. Port 0 takes a free one.
+    Raises SettingsError where the port is taken, or the extra is missing.
     """
     try:
         import uvicorn
@@ -83,6 +84,7 @@ def serve(subject: Subject, points: FloatArray, port: int, on_ready: Callable[[s
     with listening:
         try:
             listening.bind((LOOPBACK, port))
+            listening.listen()
         except (OSError, OverflowError) as error:
             raise SettingsError(f"Port {port} can't be used ({error}); give another.") from error
         on_ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/")

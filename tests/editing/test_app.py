@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
+import socket
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from objstate.building import load_building
-from objstate.editing.app import edit_app
+from objstate.editing.app import edit_app, serve
 from objstate.editing.subject import subject_of
 
 pytest.importorskip("starlette", reason="Starlette is not installed (pip install 'objstate[edit]')")
@@ -95,3 +96,19 @@ def test_what_cannot_be_saved_is_told(folder: Path, body: bytes, told: str) -> N
     assert status == 400
     assert told in json.loads(text)["error"]
     assert not (folder / "doors.csv").exists()
+
+
+class ConnectedError(Exception):
+    """Ends the server."""
+
+
+def test_the_address_accepts_connections_once_it_is_told(folder: Path) -> None:
+    pytest.importorskip("uvicorn", reason="Uvicorn is not installed")
+
+    def connect(address: str) -> None:
+        port = int(address.strip("/").rpartition(":")[2])
+        socket.create_connection(("127.0.0.1", port)).close()
+        raise ConnectedError
+
+    with pytest.raises(ConnectedError):
+        serve(subject_of(folder), NOWHERE, 0, connect)
