@@ -185,6 +185,24 @@ def test_a_name_that_another_object_has_is_not_taken(desk: Desk) -> None:
     assert desk.page.locator("#rows th").text_content() == "left"
 
 
+@pytest.mark.parametrize(
+    ("field", "typed", "told"),
+    [
+        ("width", "0", "'width, m' must be 0.2 to 5 m, not 0"),
+        ("width", "900", "'width, m' must be 0.2 to 5 m, not 900"),
+        ("upper", "400", "'opens up to, deg or m' must be 7 to 359 degrees, not 400"),
+        ("x", "", "'hinge x, m' must be -100000000 to 100000000 m"),
+    ],
+)
+def test_why_a_number_is_refused_is_told(desk: Desk, field: str, typed: str, told: str) -> None:
+    before = desk.page.input_value(f"#in-{field}")
+    desk.page.fill(f"#in-{field}", typed)
+    desk.page.keyboard.press("Enter")
+    assert desk.page.locator("#said").text_content() == f"not changed: {told}"
+    assert desk.page.input_value(f"#in-{field}") == before
+    assert not (desk.folder / "doors.csv").exists()
+
+
 def test_numbers_and_arrows_move_a_hinge(desk: Desk) -> None:
     desk.page.fill("#in-x", "2.1")
     desk.page.keyboard.press("Enter")

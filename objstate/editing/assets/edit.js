@@ -359,14 +359,23 @@
 
   // --- the form, the list and the keys ------------------------------------------------
 
-  const numbers = { x: [-1e8, 1e8], y: [-1e8, 1e8], bearing: [-1e4, 1e4], width: [NARROWEST, 100], upper: [1, 359] };
-  const TRAVEL = [0.05, 10]; // m, of leaves that slide
+  // What the door table accepts, in the unit that the page shows.
+  const numbers = {
+    x: [-1e8, 1e8, "m"], y: [-1e8, 1e8, "m"], bearing: [-1e4, 1e4, "degrees"],
+    width: [NARROWEST, 5, "m"], upper: [7, 359, "degrees"],
+  };
+  const TRAVEL = [0.05, 10, "m"]; // of leaves that slide
   for (const [key, range] of Object.entries(numbers)) {
     at(`in-${key}`).addEventListener("change", (event) => {
-      const value = Number(event.target.value);
-      const [low, high] = key === "upper" && here() && slides(here()) ? TRAVEL : range;
+      const typed = event.target.value, value = Number(typed);
+      const [low, high, unit] = key === "upper" && here() && slides(here()) ? TRAVEL : range;
       event.target.blur();
-      if (!(value >= low && value <= high)) { show(); return; }
+      if (!typed || !(value >= low && value <= high)) {
+        const label = event.target.parentElement.firstChild.textContent;
+        say(`not changed: '${label}' must be ${low} to ${high} ${unit}${typed && `, not ${typed}`}`, true);
+        show();
+        return;
+      }
       edit((door) => { door[key] = key === "bearing" ? wrapped(value) : round(value, 4); });
     });
   }
