@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from objstate.cli.console import print_notice, print_text
-from objstate.cli.options import Quiet
+from objstate.cli.options import GlobalStart, InitialPose, Quiet
+from objstate.cli.parsing import parse_pose
 from objstate.cli.progress import progress_bar
 
 EXAMPLES = """\b
@@ -37,6 +38,8 @@ def edit(
             help="A log, or a result of estimate, whose scans are shown; also several.",
         ),
     ] = None,
+    initial_pose: InitialPose = None,
+    global_start: GlobalStart = False,
     candidates: Annotated[
         Path | None,
         typer.Option(metavar="CSV", help="A table of doors, with probabilities to decide on."),
@@ -60,10 +63,15 @@ def edit(
     from objstate.editing import edit_page, serve, subject_of
     from objstate.editing.drives import points_of
     from objstate.outputs import write_text
+    from objstate.run import RunOptions
 
+    run = RunOptions(
+        initial_pose=None if initial_pose is None else parse_pose(initial_pose),
+        global_start=global_start,
+    )
     subject = subject_of(source, out, candidates)
     with progress_bar("Reading drives", quiet or not drive) as report:
-        points = points_of(drive or (), subject.building, report)
+        points = points_of(drive or (), subject.building, run, report)
     if static is not None:
         write_text(static, edit_page(subject, points))
         print_text(f"Written: {static}")

@@ -17,7 +17,7 @@ from objstate.recording.results import is_result
 from objstate.recording.scans import read_scans
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import Scan
-from objstate.run import RunOptions, open_run
+from objstate.run import RunOptions, open_run, unknown_start
 from objstate.run.scans import ends_of
 
 CELL = 0.02  # m, of the picture
@@ -44,17 +44,22 @@ class Picture:
 
 
 def points_of(
-    drives: Sequence[Path], building: Building, on_progress: Progress | None = None
+    drives: Sequence[Path],
+    building: Building,
+    run: RunOptions | None = None,
+    on_progress: Progress | None = None,
 ) -> FloatArray:
     """(n, 2) m, where beams of results of ``estimate``, or of logs, ended in the building.
 
-    A log is localized in the building's walls. Raises LogError where the robot was nowhere found.
+    A log is localized in the building's walls, as ``run`` says. Raises LogError where the robot's
+    start is unknown, or where it was nowhere found.
     """
+    run = run or RunOptions()
     parts = [
         points
         for drive in drives
         for points in (
-            _of_result(drive) if is_result(drive) else _of_log(drive, building, on_progress)
+            _of_result(drive) if is_result(drive) else _of_log(drive, building, run, on_progress)
         )
     ]
     return np.concatenate(parts) if parts else np.zeros((0, 2))
@@ -72,8 +77,10 @@ def _of_result(folder: Path) -> Iterator[FloatArray]:
         yield _placed(pose, np.column_stack([x.to_numpy(), y.to_numpy()]) / 100.0)
 
 
-def _of_log(log: Path, building: Building, on_progress: Progress | None) -> Iterator[FloatArray]:
-    records, estimator = open_run([log], replace(building, objects={}), RunOptions())
+def _of_log(
+    log: Path, building: Building, run: RunOptions, on_progress: Progress | None
+) -> Iterator[FloatArray]:
+    records, estimator = open_run([log], replace(building, objects={}), run)
     last: dict[str, int] = {}
     began_ns: int | None = None
     for record in records:
@@ -88,6 +95,8 @@ def _of_log(log: Path, building: Building, on_progress: Progress | None) -> Iter
         if on_progress is not None:
             on_progress(records.share, (record.stamp_ns - began_ns) / 1e9)
         yield _placed(robot.mean, ends_of(record))
+    if estimator.robot is None:
+        raise LogError(f"{log}: {unknown_start(records, run)}")
     if began_ns is None:
         raise LogError(
             f"The robot was localized nowhere in {log}; see with `objstate estimate` what is wrong."

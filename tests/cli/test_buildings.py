@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from objstate.simulation import simulate
 from tests.cli.conftest import Run
 from tests.interchange.rmf_files import door, room, save
+from tests.report.pages import ROOM, SCENE
 
 COMMANDS = ("import", "export", "edit")
 
@@ -36,6 +38,25 @@ def test_a_page_is_written_without_a_server(run: Run, tmp_path: Path) -> None:
     made = run("building", "edit", tmp_path / "out", "--static", page, "--quiet")
     assert (made.code, made.out) == (0, f"Written: {page}\n")
     assert '"name":"entrance"' in page.read_text()
+
+
+def test_a_drive_whose_log_holds_no_start_is_shown_from_a_given_one(
+    run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "room.urdf").write_text(ROOM)
+    (tmp_path / "room.scene.yaml").write_text(f"{SCENE}initial_pose: null\n")
+    log = simulate(tmp_path / "room.scene.yaml", tmp_path / "log").log
+    page = tmp_path / "page.html"
+    edit = (
+        "building", "edit", tmp_path / "room.urdf", "--drive", log, "--out", tmp_path / "out",
+        "--static", page, "--quiet",
+    )  # fmt: skip
+    unknown = run(*edit)
+    assert unknown.code != 0
+    assert f"{log}: The robot's start is unknown" in unknown.err
+    assert "give --initial-pose X,Y,YAW, or --global." in unknown.err
+    assert run(*edit, "--initial-pose", "0.5,0,0").code == 0
+    assert ", 0 scan points" not in page.read_text()
 
 
 @pytest.mark.parametrize("command", COMMANDS)
