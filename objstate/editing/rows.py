@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import Field
 
 from objstate.building.door_table import SLIDES, Door
 from objstate.building.leaves import leaf_of_door
-from objstate.building.model import Kind, MovableObject
+from objstate.building.model import Kind, Mesh, MovableObject
 from objstate.config import Strict
 from objstate.geometry import FloatArray
 
@@ -83,44 +84,60 @@ class Edits(Strict):
 def row_of(item: MovableObject) -> DoorRow | None:
     """A door of a building; None for what is no upright leaf with closed as one of its limits."""
     is_door = item.kind is not Kind.PLANAR and not item.wraps
-    if not is_door or (item.lower != 0.0 and item.upper != 0.0):
+    if not is_door or (item.lower == 0.0) == (item.upper == 0.0):
         return None
-    closed = item.mesh.moved(item.transforms(np.zeros((1, 1)))[0]).vertices[:, :2]
-    if not len(closed):
+    closed = item.mesh.moved(item.transforms(np.zeros((1, 1)))[0])
+    if not len(closed.faces):
         return None
     door = (_turning if item.kind is Kind.HINGED else _sliding)(item, closed)
     return None if door is None else DoorRow.of(door)
 
 
-def _turning(item: MovableObject, closed: FloatArray) -> Door | None:
-    """A door whose closed leaf has the vertices (n, 2) m, if it turns about an upright hinge."""
-    way = (closed.min(axis=0) + closed.max(axis=0)) / 2 - item.hinge
-    length = float(np.hypot(*way))
-    if abs(abs(item.direction[2]) - 1.0) >= UPRIGHT or length < UPRIGHT:
+def _turning(item: MovableObject, closed: Mesh) -> Door | None:
+    """A door with a closed leaf, if it turns about an upright hinge."""
+    offsets = closed.vertices[:, :2] - item.hinge
+    way = _along(closed)
+    along = float((offsets.min(axis=0) + offsets.max(axis=0)) / 2 @ way)
+    if abs(abs(item.direction[2]) - 1.0) >= UPRIGHT or abs(along) < UPRIGHT:
         return None
+    way = math.copysign(1.0, along) * way
     return Door(
         name=item.name,
         hinge=item.hinge,
         closed_bearing=math.atan2(way[1], way[0]),
         sense=1 if (item.upper or item.lower) * item.direction[2] > 0 else -1,
-        width=float(((closed - item.hinge) @ way).max() / length),
+        width=float((offsets @ way).max()),
         upper=abs(item.upper or item.lower),
     )
 
 
-def _sliding(item: MovableObject, closed: FloatArray) -> Door | None:
+def _along(leaf: Mesh) -> FloatArray:
+    """(2,) the level unit vector along an upright leaf, in one of its two directions.
+
+    The least area of the leaf's faces looks that way. Handles have little area beside the two broad
+    faces, so that they hardly turn it.
+    """
+    corner, second, third = (leaf.vertices[leaf.faces[:, k]] for k in range(3))
+    normals = np.cross(second - corner, third - corner)
+    areas = np.linalg.norm(normals, axis=1)
+    level = normals[areas > 0.0, :2]
+    _, directions = np.linalg.eigh((level / areas[areas > 0.0, None]).T @ level)
+    return np.asarray(directions[:, 0])
+
+
+def _sliding(item: MovableObject, closed: Mesh) -> Door | None:
     """The same of one that slides along itself, on a level rail."""
     if abs(item.direction[2]) >= UPRIGHT:
         return None
     opens = item.direction[:2] if item.upper else -item.direction[:2]
-    along, across = closed @ opens, closed @ np.array([-opens[1], opens[0]])
+    beside = np.array([-opens[1], opens[0]])
+    along, across = closed.vertices[:, :2] @ opens, closed.vertices[:, :2] @ beside
     width = float(np.ptp(along))
     if np.ptp(across) > min(THICKEST, width):
         return None
-    aside = (across.min() + across.max()) / 2.0
     return Door(
         name=item.name,
-        hinge=along.max() * opens + aside * np.array([-opens[1], opens[0]]),
+        hinge=along.max() * opens + (across.min() + across.max()) / 2.0 * beside,
         closed_bearing=math.atan2(-opens[1], -opens[0]),
         sense=SLIDES,
         width=width,
@@ -129,19 +146,26 @@ def _sliding(item: MovableObject, closed: FloatArray) -> Door | None:
 
 
 def leaf_of(row: DoorRow, before: MovableObject | None) -> MovableObject:
-    """The object of a row; the same as before where nothing was edited."""
-    if before is None:
-        return leaf_of_door(row.door, THICKNESS, HEIGHT)
-    old = row_of(before)
-    if old is not None and _is_same(old, row):
-        return before
-    top = float((before.mesh.vertices @ before.origin[2, :3] + before.origin[2, 3]).max())
-    return leaf_of_door(row.door, THICKNESS, top if top > 0 else HEIGHT)
+    """The object of a row: the one before with its name and limit, or a box where it hangs anew."""
+    door = DoorRow.of(row.door).door  # rounded as in a door table
+    old = None if before is None else row_of(before)
+    if before is None or old is None:
+        return leaf_of_door(door, THICKNESS, HEIGHT)
+    if not hangs_alike(old, row):
+        top = float((before.mesh.vertices @ before.origin[2, :3] + before.origin[2, 3]).max())
+        return leaf_of_door(door, THICKNESS, top if top > 0 else HEIGHT)
+    if abs(old.upper - row.upper) < SAME:
+        return before if before.name == row.name else replace(before, name=row.name)
+    lower, upper = (0.0, door.upper) if before.upper else (-door.upper, 0.0)
+    return replace(before, name=row.name, lower=lower, upper=upper)
 
 
-def _is_same(one: DoorRow, other: DoorRow) -> bool:
+def hangs_alike(one: DoorRow, other: DoorRow) -> bool:
+    """Whether hinge, closed bearing, width and sense are the same."""
     if one.sense != other.sense:
         return False
     turn = (one.bearing - other.bearing + 180.0) % 360.0 - 180.0
-    keys = ("x", "y", "width", "upper")
-    return abs(turn) < SAME and all(abs(getattr(one, k) - getattr(other, k)) < SAME for k in keys)
+    lengths = ("x", "y", "width")
+    return abs(turn) < SAME and all(
+        abs(getattr(one, key) - getattr(other, key)) < SAME for key in lengths
+    )

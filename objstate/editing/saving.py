@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from objstate.building import building_from_map, load_building
 from objstate.building.door_table import door_rows, read_doors
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.sidecar import sidecar_of, sidecar_text
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, write_buildings
-from objstate.editing.rows import Edits, leaf_of, row_of
+from objstate.editing.rows import DoorRow, Edits, hangs_alike, leaf_of, row_of
 from objstate.editing.subject import Subject
 from objstate.errors import BuildingError
 
-SAME_PLACE = 1e-3  # m, of origins that weren't moved: tables are rounded
+Before = Mapping[str, tuple[MovableObject, DoorRow]]  # by name, the doors that can be edited
 
 
 def save(subject: Subject, edits: Edits) -> Path:
@@ -30,7 +29,7 @@ def save(subject: Subject, edits: Edits) -> Path:
     table = _checked_table(edits)
     if subject.plan is None:
         building = _edited(subject.building, edits)
-        sidecar = _sidecar(subject, building)
+        sidecar = _sidecar(subject, edits)
     else:
         building, sidecar = _of_map(subject.plan, table)
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
@@ -38,22 +37,35 @@ def save(subject: Subject, edits: Edits) -> Path:
     return write_buildings(subject.out, {".": building}, {".": sidecar}, beside)[0]
 
 
-def _sidecar(subject: Subject, building: Building) -> str | None:
-    """The file beside the URDF, without deviations of doors that a person has put elsewhere."""
-    before = subject.building
-    known = {} if before.error is None else before.error.doors
-    same = {name: own for name, own in known.items() if _stays(before, building, name)}
-    if before.error is None or same == known:
+def _sidecar(subject: Subject, edits: Edits) -> str | None:
+    """The file beside the URDF, whose deviations follow doors that hang as before; others go."""
+    error = subject.building.error
+    if error is None or not error.doors:
         return subject.sidecar
-    return sidecar_of(before.error.model_copy(update={"doors": same}))
+    before = _before(subject.building)
+    known = {name: own for name, own in error.doors.items() if name not in before}
+    for row in edits.doors:
+        old = _door_before(row, before)
+        if not row.is_taken or old is None or not hangs_alike(old[1], row):
+            continue
+        if old[0].name in error.doors:
+            known[row.name] = error.doors[old[0].name]
+    if known == error.doors:
+        return subject.sidecar
+    return sidecar_of(error.model_copy(update={"doors": known}))
 
 
-def _stays(before: Building, after: Building, name: str) -> bool:
-    """Whether a door is where it was."""
-    if name not in before.objects or name not in after.objects:
-        return False
-    origins = before.objects[name].origin, after.objects[name].origin
-    return bool(np.allclose(*origins, atol=SAME_PLACE))
+def _before(building: Building) -> Before:
+    rows = ((item, row_of(item)) for item in building.objects.values())
+    return {item.name: (item, row) for item, row in rows if row is not None}
+
+
+def _door_before(row: DoorRow, before: Before) -> tuple[MovableObject, DoorRow] | None:
+    """What a door was: the one that hangs alike, whatever its name; else the one of its name."""
+    named = before.get(row.name)
+    if named is not None and hangs_alike(named[1], row):
+        return named
+    return next((old for old in before.values() if hangs_alike(old[1], row)), named)
 
 
 def _checked_table(edits: Edits) -> str:
@@ -71,7 +83,8 @@ def _checked_table(edits: Edits) -> str:
 
 def _edited(building: Building, edits: Edits) -> Building:
     """The building with the accepted doors in place of the editable ones."""
-    others = {name: item for name, item in building.objects.items() if row_of(item) is None}
+    before = _before(building)
+    others = {name: item for name, item in building.objects.items() if name not in before}
     doors: dict[str, MovableObject] = {}
     for row in edits.doors:
         if not row.is_taken:
@@ -81,7 +94,8 @@ def _edited(building: Building, edits: Edits) -> Building:
                 "furniture" if others[row.name].kind is Kind.PLANAR else "a door that isn't edited"
             )
             raise BuildingError(f"'{row.name}' is {kind} already; choose another name.")
-        doors[row.name] = leaf_of(row, building.objects.get(row.name))
+        old = _door_before(row, before)
+        doors[row.name] = leaf_of(row, None if old is None else old[0])
     return replace(building, objects=doors | others)
 
 

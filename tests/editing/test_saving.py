@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +16,15 @@ from PIL import Image
 
 from objstate.building import inspect_building, load_building
 from objstate.building.door_table import read_doors
-from objstate.building.model import Kind
+from objstate.building.model import Kind, Mesh, MovableObject
+from objstate.building.shapes import Box
 from objstate.building.sidecar import read_sidecar
+from objstate.building.writing import write_buildings
 from objstate.editing.rows import DoorRow, Edits, leaf_of, row_of
 from objstate.editing.saving import save
 from objstate.editing.subject import subject_of
 from objstate.errors import BuildingError
+from objstate.geometry import transform, transform_from_pose
 
 HEADER = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg"
 
@@ -50,6 +55,66 @@ def test_a_row_states_the_same_swing_as_the_door(folder: Path, lower: float) -> 
     over = replace(leaf, axis=-leaf.axis, lower=-leaf.upper, upper=0.0)
     assert row_of(over) == other
     assert row_of(replace(leaf, lower=lower - 0.1)) is None  # closed is no limit of it
+
+
+def with_handle(leaf: MovableObject) -> MovableObject:
+    """The same leaf with a handle that stands out on one side, near its free edge."""
+    handle = Box((0.1, 0.06, 0.02)).mesh().moved(transform(np.eye(3), (0.9, 0.05, 1.0)))
+    return replace(leaf, mesh=Mesh.joined([leaf.mesh, handle]))
+
+
+def learnt(folder: Path) -> MovableObject:
+    """The door of a building that was learnt: its leaf lies beside its hinge, with a deviation."""
+    building = load_building(folder / "room.urdf")
+    origin = transform_from_pose(np.array([2.0, 0.0, math.radians(1.23456)]))
+    aside = transform(np.eye(3), (0.01, -0.03, 0.0))
+    leaf = with_handle(building["left"])
+    leaf = replace(leaf, origin=origin, mesh=leaf.mesh.moved(aside))
+    sidecar = (
+        "building_error:\n  doors:\n    left: {hinge_std_m: 0.004, bearing_std_deg: 0.2}\n"
+        "    drawer: {hinge_std_m: 0.003, bearing_std_deg: 0.1}\n"
+    )
+    write_buildings(folder, {".": building.with_object(leaf)}, {".": sidecar})
+    return load_building(folder / "room.urdf")["left"]
+
+
+@pytest.mark.parametrize("bearing", [0.0, 1.23456, 90.0, -123.0])
+def test_the_bearing_is_that_of_the_leaf_whatever_its_offset_and_handle(bearing: float) -> None:
+    row = DoorRow(name="a", x=1, y=2, bearing=bearing, width=0.97, upper=80, sense=1)
+    leaf = with_handle(leaf_of(row, None))
+    aside = transform(np.eye(3), (0.02, 0.04, 0.0))
+    for item in (leaf, replace(leaf, mesh=leaf.mesh.moved(aside))):
+        back = row_of(item)
+        assert back is not None
+        assert back.bearing == pytest.approx(bearing, abs=1e-3)
+
+
+@pytest.mark.parametrize("changes", [{"name": "kitchen"}, {"upper": 85.0}])
+def test_another_name_or_limit_keeps_the_leaf_and_its_deviations(
+    folder: Path, changes: dict[str, Any]
+) -> None:
+    before, subject = learnt(folder), subject_of(folder)
+    save(subject, Edits(doors=[subject.rows[0].model_copy(update=changes)]))
+    name = changes.get("name", "left")
+    after = load_building(folder / "room.urdf")[name]
+    assert after.origin == pytest.approx(before.origin, abs=1e-9)
+    assert after.mesh.vertices == pytest.approx(before.mesh.vertices, abs=1e-6)
+    assert math.degrees(after.upper) == pytest.approx(changes.get("upper", 100.0))
+    known = read_sidecar(folder / "room.urdf").doors
+    assert {each: own.hinge_std_m for each, own in known.items()} == {name: 0.004, "drawer": 0.003}
+
+
+def test_a_door_keeps_its_leaf_where_another_is_edited(folder: Path) -> None:
+    before, subject = learnt(folder), subject_of(folder)
+    save(subject, Edits(doors=[*subject.rows, added()]))
+    after = load_building(folder / "room.urdf")["left"]
+    assert after.mesh.vertices == pytest.approx(before.mesh.vertices, abs=1e-6)
+    assert "left" in read_sidecar(folder / "room.urdf").doors
+
+
+def test_a_door_that_is_shut_for_good_is_not_edited(folder: Path) -> None:
+    door = load_building(folder / "room.urdf")["left"]
+    assert row_of(replace(door, lower=0.0, upper=0.0)) is None
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-180.0, 180.0), st.floats(0.3, 2.0), st.floats(0.1, 2.0))
