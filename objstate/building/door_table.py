@@ -57,6 +57,12 @@ class Door:
         return self.sense == SLIDES
 
     @property
+    def middle(self) -> FloatArray:
+        """(2,) m, of the closed leaf."""
+        way = np.array([np.cos(self.closed_bearing), np.sin(self.closed_bearing)])
+        return np.asarray(self.hinge + self.width / 2 * way)
+
+    @property
     def type(self) -> str:
         """As the table has it."""
         return "sliding" if self.slides else "hinged"
@@ -65,6 +71,16 @@ class Door:
     def opens(self) -> str:
         """As the table has it."""
         return next(name for name, sense in SENSE.items() if sense == self.sense)
+
+
+def closing_distance(
+    middle: FloatArray, width: float, middles: FloatArray, widths: FloatArray | float
+) -> FloatArray:
+    """(n,) how far leaves are from closing the same way as one; below 1 they do.
+
+    Their middles when closed (..., 2) m then lie within a quarter of the sum of both widths, m.
+    """
+    return np.asarray(np.linalg.norm(middles - middle, axis=-1) / ((width + widths) / 4))
 
 
 def read_doors(path: Path) -> list[Door]:

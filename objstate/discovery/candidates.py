@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.building import outline
-from objstate.building.door_table import Door
+from objstate.building.door_table import Door, closing_distance
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
@@ -159,13 +159,7 @@ def _apart(found: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _overlap(one: Door, other: Door) -> bool:
-    middles = [_along(door, door.width / 2) for door in (one, other)]
-    return float(np.hypot(*(middles[1] - middles[0]))) < (one.width + other.width) / 4
-
-
-def _along(door: Door, way: float) -> FloatArray:
-    bearing = door.closed_bearing
-    return np.asarray(door.hinge + way * np.array([np.cos(bearing), np.sin(bearing)]))
+    return bool(closing_distance(one.middle, one.width, other.middle, other.width) < 1.0)
 
 
 def _named(found: Sequence[Candidate]) -> list[Candidate]:

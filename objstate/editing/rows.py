@@ -38,6 +38,8 @@ class DoorRow(Strict):
     sense: Literal[1, -1, 0]  # 1 opens counter-clockwise seen from above, 0 slides
     decision: Decision = "kept"  # accepted: a person said so, or drew it
     probability: Annotated[float, Field(ge=0, le=1)] | None = None  # of a candidate
+    # m, middle of the closed leaf before a person moved it; None of a door that a person drew
+    found_at: tuple[Coordinate, Coordinate] | None = None
 
     @property
     def is_taken(self) -> bool:

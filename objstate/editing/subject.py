@@ -15,6 +15,7 @@ from objstate.building.model import Building
 from objstate.building.occupancy import is_map
 from objstate.building.sidecar import sidecar_text
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
+from objstate.editing.merging import merged_rows
 from objstate.editing.rows import DoorRow, Edits, row_of
 from objstate.errors import BuildingError
 
@@ -56,7 +57,9 @@ def subject_of(
     found = [] if table is None else _candidates(table)
     if candidates is None:
         found = [row for row in found if row.probability is not None]
-    return Subject(building, plan, sidecar, _merged(rows, _decisions(target), found), target)
+    names = set(building.objects) - {row.name for row in rows}
+    merged = merged_rows(rows, _decisions(target), found, names)
+    return Subject(building, plan, sidecar, merged, target)
 
 
 def _target(path: Path, out: str | Path | None) -> Path:
@@ -110,14 +113,3 @@ def _own_table(path: Path) -> Path | None:
 def _candidates(path: Path) -> list[DoorRow]:
     """The doors of a table, open where it has a probability for each."""
     return [DoorRow.of(door) for door in read_doors(path)]
-
-
-def _merged(
-    doors: list[DoorRow], decided: list[DoorRow], candidates: list[DoorRow]
-) -> list[DoorRow]:
-    """Each door once, by name: as decided, else as a candidate, else as in the building."""
-    rows = {row.name: row for row in doors}
-    rows |= {row.name: row for row in decided if row.decision == "open"}
-    rows |= {row.name: row for row in candidates}
-    rows |= {row.name: row for row in decided if row.decision in ("accepted", "rejected")}
-    return list(rows.values())

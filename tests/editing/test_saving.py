@@ -183,12 +183,13 @@ def test_candidates_are_taken_by_their_probability_until_somebody_decides(folder
     table = folder.parent / "found.csv"
     rows = [
         "sure,1,4,180,ccw,0.8,90,0.9",
-        "left,1,1,0,ccw,0.8,90,0.2",
+        "found,2.1,0,0,ccw,1,90,0.2",
         "unsure,5,4,0,ccw,0.8,90,0.2",
     ]
     table.write_text(f"{HEADER},probability\n" + "\n".join(rows) + "\n")
     subject = subject_of(folder, candidates=table)
     opened = {row.name: (row.decision, row.probability) for row in subject.rows}
+    # the building's door in the place of a candidate keeps its name
     assert opened == {"left": ("open", 0.2), "sure": ("open", 0.9), "unsure": ("open", 0.2)}
     save(subject, Edits(doors=subject.rows))
     assert list(load_building(folder / "room.urdf").objects) == ["sure", "drawer", "desk"]
@@ -207,13 +208,74 @@ def test_candidates_that_lie_in_the_folder_are_found(folder: Path) -> None:
     }
 
 
-def test_what_was_decided_outweighs_new_candidates(folder: Path) -> None:
-    subject = subject_of(folder)
-    decided = subject.rows[0].model_copy(update={"x": 3.1, "decision": "accepted"})
-    save(subject, Edits(doors=[decided]))
+def candidates(folder: Path, *rows: str) -> Path:
+    """A table of candidates beside a building's folder."""
     table = folder.parent / "found.csv"
-    table.write_text(f"{HEADER},probability\nleft,1,1,0,ccw,0.8,90,0.99\n")
+    table.write_text(f"{HEADER},probability\n" + "".join(f"{row}\n" for row in rows))
+    return table
+
+
+@pytest.mark.parametrize("decision", ["accepted", "rejected"])
+@pytest.mark.parametrize("x", [2.0, 2.6, 3.1])
+def test_what_was_decided_outweighs_candidates_in_its_place(
+    folder: Path, decision: str, x: float
+) -> None:
+    subject = subject_of(folder)
+    decided = subject.rows[0].model_copy(update={"x": x, "decision": decision})
+    save(subject, Edits(doors=[decided]))
+    table = candidates(folder, "door_01,2.1,0.05,0,ccw,0.9,90,0.99")
     assert subject_of(folder, candidates=table).rows == [decided]
+
+
+@pytest.mark.parametrize("decision", ["kept", "accepted", "rejected"])
+def test_a_candidate_elsewhere_with_the_name_of_another_door_gets_a_free_one(
+    folder: Path, decision: str
+) -> None:
+    subject = subject_of(folder)
+    save(subject, Edits(doors=[subject.rows[0].model_copy(update={"decision": decision})]))
+    table = candidates(
+        folder, "left,1,4,0,ccw,0.8,90,0.99", "desk,3,4,0,ccw,0.8,90,0.4",
+        "door_01,5,4,0,ccw,0.8,90,0.3",
+    )  # fmt: skip
+    rows = subject_of(folder, candidates=table).rows
+    assert {row.name: (row.decision, row.x) for row in rows} == {
+        "left": (decision, 2.0),
+        "door_02": ("open", 1.0),
+        "door_03": ("open", 3.0),
+        "door_01": ("open", 5.0),
+    }
+
+
+def test_decisions_of_another_run_stay_at_their_places(folder: Path) -> None:
+    out = folder.parent / "out"
+    wrong = added("door_01", x=1.0, decision="rejected")
+    subject = subject_of(folder, out)
+    save(subject, Edits(doors=[*subject.rows, wrong]))
+    table = candidates(folder, "door_01,5,4,0,ccw,0.8,90,0.9", "door_02,1,4,180,ccw,0.8,90,0.8")
+    rows = subject_of(folder, out, table).rows
+    assert {row.name: (row.decision, row.x) for row in rows} == {
+        "left": ("kept", 2.0),
+        "door_01": ("rejected", 1.0),
+        "door_02": ("open", 5.0),
+    }
+
+
+def test_a_renamed_door_stays_one_door(folder: Path) -> None:
+    out = folder.parent / "out"
+    subject = subject_of(folder, out)
+    renamed = subject.rows[0].model_copy(update={"name": "kitchen", "decision": "accepted"})
+    save(subject, Edits(doors=[renamed]))
+    assert subject_of(folder, out).rows == [renamed]
+
+
+def test_two_leaves_that_close_one_way_are_two_doors(folder: Path) -> None:
+    subject = subject_of(folder)
+    second = added("second", x=2.0, y=0.1, bearing=0.0, width=1.0)
+    save(subject, Edits(doors=[*subject.rows, second]))
+    assert {row.name: row.decision for row in subject_of(folder).rows} == {
+        "left": "kept",
+        "second": "accepted",
+    }
 
 
 def test_a_map_becomes_a_building_with_the_doors_that_were_added(tmp_path: Path) -> None:
@@ -228,7 +290,8 @@ def test_a_map_becomes_a_building_with_the_doors_that_were_added(tmp_path: Path)
     urdf = save(subject, Edits(doors=[door]))
     assert inspect_building(urdf).problems == []
     assert [each.name for each in read_doors(tmp_path / "out" / "doors.csv")] == ["way"]
-    assert subject_of(tmp_path / "out").rows[0] == door
+    again = subject_of(tmp_path / "out").rows[0]
+    assert again == door.model_copy(update={"found_at": (2.5, 2.475)})
     assert "wall_std_m" in (tmp_path / "out" / "plan.building.yaml").read_text()
 
 

@@ -347,7 +347,7 @@
     change(() => {
       const door = {
         name: unusedName(), x: round(hinge[0], 4), y: round(hinge[1], 4), bearing: 0, width: 1,
-        upper: UPPER, sense, decision: "accepted", probability: null,
+        upper: UPPER, sense, decision: "accepted", probability: null, found_at: null,
       };
       setFreeEdge(door, edge);
       doors.push(door);
