@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -27,12 +27,15 @@ COLUMNS = (
 )
 PROBABILITY = "probability"  # that a candidate is a door
 SIDE = "side_probability"  # that a candidate is hinged at this end and opens this way
+HINGE_STD, BEARING_STD, WIDTH_STD = "hinge_std_m", "bearing_std_deg", "width_std_m"
 TYPE, TRAVEL = "type", "upper_limit_m"
-OPTIONAL = (PROBABILITY, SIDE, "hinge_std_m", "bearing_std_deg", "width_std_m", TYPE, TRAVEL)
+TOLD = (SIDE, HINGE_STD, BEARING_STD, WIDTH_STD)  # what drives told of a door besides
+OPTIONAL = (PROBABILITY, *TOLD, TYPE, TRAVEL)
 SLIDES = 0  # the sense of a leaf that doesn't turn
 SENSE = {"ccw": 1, "cw": -1, "slides": SLIDES}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
+PROBABLE = 0.5  # from which on a candidate is a door
 LARGEST = 1e8  # m, degrees; also of coordinates of a country
 
 
@@ -50,6 +53,11 @@ class Door:
     width: float  # m, from the hinge to the free edge
     upper: float  # rad, the widest opening; m if it slides
     probability: float | None = None  # of a candidate
+
+    @property
+    def is_probable(self) -> bool:
+        """Whether it is no candidate, or one that probably is a door."""
+        return self.probability is None or self.probability >= PROBABLE
 
     @property
     def slides(self) -> bool:
@@ -105,22 +113,30 @@ def read_doors(path: Path) -> list[Door]:
     return list(doors.values())
 
 
-def door_rows(doors: Sequence[Door]) -> str:
-    """A table of doors as text, to be read again."""
+def door_rows(
+    doors: Sequence[Door], beside: Mapping[str, Mapping[str, object]] | None = None
+) -> str:
+    """A table of doors as text, to be read again.
+
+    ``beside`` has values of further columns, of ``OPTIONAL``, by the names of doors.
+    """
+    rows = [_described(door) | dict((beside or {}).get(door.name, {})) for door in doors]
+    further = [name for name in OPTIONAL if any(row.get(name, "") != "" for row in rows)]
     text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    wide = len(COLUMNS) + any(door.slides for door in doors)
-    rows.writerow((*COLUMNS, TRAVEL)[:wide])
-    rows.writerows(door_row(door)[:wide] for door in doors)
+    table = csv.DictWriter(text, [*COLUMNS, *further], extrasaction="ignore", lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
     return text.getvalue()
 
 
-def door_row(door: Door) -> list[object]:
-    """What ``COLUMNS`` and ``TRAVEL`` say of a door."""
+def _described(door: Door) -> dict[str, object]:
+    """What ``COLUMNS`` say of a door, and how far it slides."""
     x, y = (round(float(value), 4) for value in door.hinge)
     bearing = round(math.degrees(door.closed_bearing), 3)
-    limits = ("", round(door.upper, 4)) if door.slides else (round(math.degrees(door.upper), 3), "")
-    return [door.name, x, y, bearing, door.opens, round(door.width, 4), *limits]
+    turn = "" if door.slides else round(math.degrees(door.upper), 3)
+    values = (door.name, x, y, bearing, door.opens, round(door.width, 4), turn)
+    described: dict[str, object] = dict(zip(COLUMNS, values, strict=True))
+    return described | ({TRAVEL: round(door.upper, 4)} if door.slides else {})
 
 
 def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
@@ -223,7 +239,7 @@ def _travel(row: dict[str, str | None], width: float, where: str) -> float:
 
 
 def _probability(row: dict[str, str | None], where: str) -> float | None:
-    if PROBABILITY not in row:
+    if not (row.get(PROBABILITY) or "").strip():
         return None
     value = _number(row, PROBABILITY, where)
     if not 0 <= value <= 1:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from objstate.building.contours import border_loops, straighten
-from objstate.building.door_table import read_doors
+from objstate.building.door_table import Door, read_doors
 from objstate.building.model import Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of_map
@@ -50,8 +50,8 @@ def building_from_map(
     which miss the cells by at most about ``tolerance`` cells. They stand on the ``edge``
     of the outermost occupied cells or run through their ``centre``; only the ends of
     walls and small things keep to the edge. Blobs of fewer than ``min_cells`` touching
-    cells are speckle and left out. Each row of ``doors_csv`` becomes a door, and what the
-    map shows of its leaf is cleared away.
+    cells are speckle and left out. Each row of ``doors_csv`` becomes a door, unless it is
+    a candidate below 0.5, and what the map shows of its leaf is cleared away.
 
     ``map_yaml`` is the map's file, or one that was read, as ``conversion.recorded_map`` does of a
     log. Lengths are in metres. ``report`` receives what was cleared and what was made.
@@ -68,7 +68,7 @@ def building_from_map(
     inset = _inset(surface)
     tell = report or (lambda _: None)
     plan = map_yaml if isinstance(map_yaml, OccupancyMap) else read_map(Path(map_yaml))
-    doors = [] if doors_csv is None else read_doors(Path(doors_csv))
+    doors = [] if doors_csv is None else _probable(read_doors(Path(doors_csv)), tell)
     occupied = clear_leaves(plan, doors, leaf_thickness, tell)
     occupied = without_specks(occupied, min_cells, tell)
     occupied = without_pinholes(occupied, plan.resolution)
@@ -83,6 +83,14 @@ def building_from_map(
     sidecar = sidecar_of_map(plan.resolution)
     height = min(door_height, wall_height)
     return write_building(out, plan.name, walls, doors, leaf_thickness, height, sidecar)
+
+
+def _probable(doors: list[Door], tell: Report) -> list[Door]:
+    """Those that aren't candidates, or probably are doors."""
+    for door in doors:
+        if not door.is_probable:
+            tell(f"Door '{door.name}': left out, as its probability is {door.probability:g}.")
+    return [door for door in doors if door.is_probable]
 
 
 def _inset(surface: str) -> float:

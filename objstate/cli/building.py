@@ -81,8 +81,9 @@ def from_map(
     """A building from a map and a table of doors.
 
     The occupied cells of a ROS occupancy map are extruded to walls; each row of the table becomes a
-    door, and the leaf that the map shows in its swing area is cleared away. Doors that don't stand
-    in a doorway of the map are named, as `objstate inspect` does.
+    door, but for candidates with a probability below 0.5, and the leaf that the map shows in its
+    swing area is cleared away. Doors that don't stand in a doorway of the map are named, as
+    `objstate inspect` does.
     """
     from objstate.building import building_from_map, inspect_building
     from objstate.conversion import recorded_map

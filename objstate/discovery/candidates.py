@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.building import outline
-from objstate.building.door_table import Door, closing_distance
+from objstate.building.door_table import PROBABLE, Door, closing_distance
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
@@ -24,7 +24,6 @@ from objstate.discovery.scoring import turned
 from objstate.discovery.walls import distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
 
-PROBABLE = 0.5  # from which on a candidate is a door
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
 SWING = math.radians(5.0)  # by which a door opens wider than it was seen

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import tempfile
@@ -13,13 +11,23 @@ from pathlib import Path
 from typing import Any
 
 from objstate.building import building_from_map, load_building
-from objstate.building.door_table import COLUMNS, OPTIONAL, Door, door_row, door_rows
+from objstate.building.door_table import (
+    BEARING_STD,
+    HINGE_STD,
+    PROBABILITY,
+    PROBABLE,
+    SIDE,
+    TYPE,
+    WIDTH_STD,
+    Door,
+    door_rows,
+)
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
-from objstate.discovery.candidates import PROBABLE, Candidate, find_doors
+from objstate.discovery.candidates import Candidate, find_doors
 from objstate.discovery.gathering import Beams, gather
 from objstate.run import RunOptions
 
@@ -106,24 +114,18 @@ def _building(plan: OccupancyMap, doors: list[Door]) -> Building:
 
 def candidates_table(candidates: Sequence[Candidate]) -> str:
     """A door table with the probability and the deviations of each candidate."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow([*COLUMNS, *OPTIONAL])
-    for each in candidates:
-        *described, travel = door_row(each.door)
-        rows.writerow(
-            [
-                *described,
-                round(each.probability, 4),
-                round(each.side_probability, 4),
-                round(each.hinge_deviation, 4),
-                round(math.degrees(each.bearing_std), 2),
-                round(each.width_std, 4),
-                each.door.type,
-                travel,
-            ]
-        )
-    return text.getvalue()
+    told = {
+        each.door.name: {
+            PROBABILITY: round(each.probability, 4),
+            SIDE: round(each.side_probability, 4),
+            HINGE_STD: round(each.hinge_deviation, 4),
+            BEARING_STD: round(math.degrees(each.bearing_std), 2),
+            WIDTH_STD: round(each.width_std, 4),
+            TYPE: each.door.type,
+        }
+        for each in candidates
+    }
+    return door_rows([each.door for each in candidates], told)
 
 
 def _about(

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from objstate.building.door_table import SLIDES, Door
+from objstate.building.door_table import PROBABLE, SLIDES, Door
 from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Kind, Mesh, MovableObject
 from objstate.config import Strict
@@ -19,7 +19,6 @@ THICKNESS, HEIGHT = 0.04, 2.0  # m, of a leaf that wasn't drawn
 UPRIGHT = 1e-6  # of a hinge's unit axis, by which it may lean
 THICKEST = 0.15  # m: what is thicker is no leaf that slides
 SAME = 1e-4  # m and degrees: rounding, not editing
-PROBABLE = 0.5  # an undecided candidate is in the building from this probability on
 
 PLAIN = r"^[^\x00-\x1f\x7f]*$"  # what XML and tables can hold on one line
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]  # m

@@ -319,6 +319,17 @@ def test_a_leaf_that_slides_is_cleared_where_it_closes(
     assert beside < 0.03
 
 
+def test_candidates_below_one_half_become_no_doors(tmp_path: Path) -> None:
+    doors, told = tmp_path / "doors.csv", list[str]()
+    rows = [
+        f"{name},2.0,2.475,0,ccw,0.9,90,{p}\n" for name, p in (("a", 0.4), ("b", 0.6), ("c", ""))
+    ]
+    doors.write_text(HEADER.replace("\n", ",probability\n") + "".join(rows))
+    urdf = building_from_map(save(tmp_path, plan()), doors, tmp_path / "out", report=told.append)
+    assert list(load_building(urdf).objects) == ["b", "c"]
+    assert "Door 'a': left out, as its probability is 0.4." in told
+
+
 def test_an_empty_table_gives_walls_alone(tmp_path: Path) -> None:
     urdf = building_from_map(save(tmp_path, plan()), table(tmp_path), tmp_path / "out")
     assert not load_building(urdf).objects
