@@ -53,6 +53,9 @@ class Door:
     width: float  # m, from the hinge to the free edge
     upper: float  # rad, the widest opening; m if it slides
     probability: float | None = None  # of a candidate
+    told: Mapping[str, str] = field(
+        default_factory=dict
+    )  # by columns of TOLD, where they are filled
 
     @property
     def is_probable(self) -> bool:
@@ -192,6 +195,7 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
         width=width,
         upper=_travel(row, width, where) if SENSE[opens] == SLIDES else _widest(row, where),
         probability=_probability(row, where),
+        told={name: value for name in TOLD if (value := (row.get(name) or "").strip())},
     )
     told = (row.get(TYPE) or door.type).strip()
     if told != door.type:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shutil
+from collections.abc import Collection, Mapping
 from html import escape
 from pathlib import Path
 
@@ -91,18 +92,23 @@ def write_buildings(
     buildings: Mapping[str, Building],
     sidecars: Mapping[str, str | None],
     beside: Mapping[str, str] | None = None,
+    keep: Collection[str] = (),
 ) -> list[Path]:
     """Write each building, with its sidecar if it has one, to a folder in ``out``; all or nothing.
 
     The keys are the folders, ``.`` for ``out`` itself. ``beside`` are the names, of ``BESIDE``, and
-    texts of files that are written to ``out`` as well. What ``out`` held is replaced; ask
-    ``check_target`` before. Raises ResultError if they can't be written.
+    texts of files that are written to ``out`` as well. What ``out`` held is replaced, but for files
+    to ``keep``, of ``BESIDE`` too; ask ``check_target`` before. Raises ResultError if they can't be
+    written.
     """
     with whole(out, overwrite=True, replaceable=is_replaceable) as made:
         made.mkdir()
         for folder, building in buildings.items():
             (made / folder).mkdir(exist_ok=True)
             _write(made / folder, building, sidecars.get(folder))
+        for name in keep:
+            if (out / name).is_file():
+                shutil.copyfile(out / name, made / name)
         for name, text in (beside or {}).items():
             (made / name).write_text(text, encoding="utf-8")
     return [out / folder / f"{building.name}.urdf" for folder, building in buildings.items()]

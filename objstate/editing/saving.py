@@ -8,25 +8,30 @@ from dataclasses import replace
 from pathlib import Path
 
 from objstate.building import building_from_map, load_building
-from objstate.building.door_table import door_rows, read_doors
+from objstate.building.door_table import PROBABILITY, door_rows, read_doors
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.sidecar import sidecar_of, sidecar_text
-from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, write_buildings
+from objstate.building.writing import (
+    BESIDE,
+    DECISIONS_FILE,
+    DOORS_FILE,
+    check_target,
+    write_buildings,
+)
 from objstate.editing.rows import DoorRow, Edits, hangs_alike, leaf_of, row_of
 from objstate.editing.subject import Subject
 from objstate.errors import BuildingError
-
-Before = Mapping[str, tuple[MovableObject, DoorRow]]  # by name, the doors that can be edited
 
 
 def save(subject: Subject, edits: Edits) -> Path:
     """Write the edited building, ``doors.csv`` and ``decisions.json``, whole or not at all.
 
+    In the building's own folder all else stays, as what ``learn`` wrote.
     Returns the URDF's path. Raises BuildingError for doors that can't be, and ResultError.
     """
     if subject.out.exists():
         check_target(subject.out, overwrite=True)
-    table = _checked_table(edits)
+    table = _checked_table(subject, edits)
     if subject.plan is None:
         building = _edited(subject.building, edits)
         sidecar = _sidecar(subject, edits)
@@ -34,7 +39,8 @@ def save(subject: Subject, edits: Edits) -> Path:
         building, sidecar = _of_map(subject.plan, table)
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
     beside = {DOORS_FILE: table, DECISIONS_FILE: decisions + "\n"}
-    return write_buildings(subject.out, {".": building}, {".": sidecar}, beside)[0]
+    keep = BESIDE if subject.is_in_place else ()
+    return write_buildings(subject.out, {".": building}, {".": sidecar}, beside, keep)[0]
 
 
 def _sidecar(subject: Subject, edits: Edits) -> str | None:
@@ -42,35 +48,46 @@ def _sidecar(subject: Subject, edits: Edits) -> str | None:
     error = subject.building.error
     if error is None or not error.doors:
         return subject.sidecar
-    before = _before(subject.building)
+    before = _rows(subject.building)
     known = {name: own for name, own in error.doors.items() if name not in before}
     for row in edits.doors:
-        old = _door_before(row, before)
-        if not row.is_taken or old is None or not hangs_alike(old[1], row):
-            continue
-        if old[0].name in error.doors:
-            known[row.name] = error.doors[old[0].name]
+        name = _hanging_alike(row, before) if row.is_taken else None
+        if name in error.doors:
+            known[row.name] = error.doors[name]
     if known == error.doors:
         return subject.sidecar
     return sidecar_of(error.model_copy(update={"doors": known}))
 
 
-def _before(building: Building) -> Before:
-    rows = ((item, row_of(item)) for item in building.objects.values())
-    return {item.name: (item, row) for item, row in rows if row is not None}
+def _rows(building: Building) -> dict[str, DoorRow]:
+    """The doors that can be edited, by name."""
+    rows = (row_of(item) for item in building.objects.values())
+    return {row.name: row for row in rows if row is not None}
 
 
-def _door_before(row: DoorRow, before: Before) -> tuple[MovableObject, DoorRow] | None:
-    """What a door was: the one that hangs alike, whatever its name; else the one of its name."""
-    named = before.get(row.name)
-    if named is not None and hangs_alike(named[1], row):
-        return named
-    return next((old for old in before.values() if hangs_alike(old[1], row)), named)
+def _hanging_alike(row: DoorRow, others: Mapping[str, DoorRow]) -> str | None:
+    """The name of the other that hangs as a door does, if any: its own, if that does."""
+    named = others.get(row.name)
+    if named is not None and hangs_alike(named, row):
+        return row.name
+    return next((name for name, other in others.items() if hangs_alike(other, row)), None)
 
 
-def _checked_table(edits: Edits) -> str:
-    """The table of all doors that are taken; BuildingError where it couldn't be read again."""
-    table = door_rows([row.door for row in edits.doors if row.is_taken])
+def _checked_table(subject: Subject, edits: Edits) -> str:
+    """The table of all doors that are taken, and of candidates that nobody has decided on.
+
+    What drives told of them stands there for doors that hang as before. Raises BuildingError where
+    it couldn't be read again.
+    """
+    rows = [row for row in edits.doors if row.is_taken or row.decision == "open"]
+    known = {name: DoorRow.of(door) for name, door in subject.table.items()}
+    beside: dict[str, dict[str, object]] = {}
+    for row in rows:
+        name = _hanging_alike(row, known)
+        beside[row.name] = {} if name is None else dict(subject.table[name].told)
+        if row.decision == "open" and row.probability is not None:
+            beside[row.name][PROBABILITY] = row.probability
+    table = door_rows([row.door for row in rows], beside)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / DOORS_FILE
         path.write_text(table, encoding="utf-8")
@@ -83,7 +100,7 @@ def _checked_table(edits: Edits) -> str:
 
 def _edited(building: Building, edits: Edits) -> Building:
     """The building with the accepted doors in place of the editable ones."""
-    before = _before(building)
+    before = _rows(building)
     others = {name: item for name, item in building.objects.items() if name not in before}
     doors: dict[str, MovableObject] = {}
     for row in edits.doors:
@@ -94,8 +111,8 @@ def _edited(building: Building, edits: Edits) -> Building:
                 "furniture" if others[row.name].kind is Kind.PLANAR else "a door that isn't edited"
             )
             raise BuildingError(f"'{row.name}' is {kind} already; choose another name.")
-        old = _door_before(row, before)
-        doors[row.name] = leaf_of(row, None if old is None else old[0])
+        name = _hanging_alike(row, before) or row.name
+        doors[row.name] = leaf_of(row, building.objects.get(name))
     return replace(building, objects=doors | others)
 
 

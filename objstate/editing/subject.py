@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from objstate.building import building_from_map, load_building
-from objstate.building.door_table import read_doors
+from objstate.building.door_table import Door, read_doors
 from objstate.building.model import Building
 from objstate.building.occupancy import is_map
 from objstate.building.sidecar import sidecar_text
@@ -28,7 +29,9 @@ class Subject:
     plan: Path | None  # the map, if it is one
     sidecar: str | None
     rows: list[DoorRow]
+    table: Mapping[str, Door]  # of tables of doors that were read, by name
     out: Path
+    is_in_place: bool
 
 
 def subject_of(
@@ -52,14 +55,24 @@ def subject_of(
         urdf = _urdf(path)
         building, plan = load_building(urdf), None
         sidecar = sidecar_text(urdf)
+    is_in_place = target.resolve() == _folder(path).resolve()
+    own = _table(_folder(path) / DOORS_FILE) if path.is_dir() or is_in_place else []
+    found = (
+        [door for door in own if door.probability is not None]
+        if candidates is None
+        else read_doors(Path(candidates))
+    )
     rows = [row for item in building.objects.values() if (row := row_of(item)) is not None]
-    table = _own_table(path) if candidates is None else Path(candidates)
-    found = [] if table is None else _candidates(table)
-    if candidates is None:
-        found = [row for row in found if row.probability is not None]
     names = set(building.objects) - {row.name for row in rows}
-    merged = merged_rows(rows, _decisions(target), found, names)
-    return Subject(building, plan, sidecar, merged, target)
+    return Subject(
+        building=building,
+        plan=plan,
+        sidecar=sidecar,
+        rows=merged_rows(rows, _decisions(target), [DoorRow.of(door) for door in found], names),
+        table={door.name: door for door in [*own, *found]},
+        out=target,
+        is_in_place=is_in_place,
+    )
 
 
 def _target(path: Path, out: str | Path | None) -> Path:
@@ -68,7 +81,7 @@ def _target(path: Path, out: str | Path | None) -> Path:
         if target.exists():
             check_target(target, overwrite=True)
         return target
-    folder = path if path.is_dir() else path.parent
+    folder = _folder(path)
     if is_map(path) or not is_replaceable(folder):
         raise BuildingError(
             f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
@@ -104,12 +117,9 @@ def _decisions(folder: Path) -> list[DoorRow]:
         ) from error
 
 
-def _own_table(path: Path) -> Path | None:
-    """The table that lies in a building's folder, if there is one."""
-    table = path / DOORS_FILE
-    return table if path.is_dir() and table.is_file() else None
+def _table(path: Path) -> list[Door]:
+    return read_doors(path) if path.is_file() else []
 
 
-def _candidates(path: Path) -> list[DoorRow]:
-    """The doors of a table, open where it has a probability for each."""
-    return [DoorRow.of(door) for door in read_doors(path)]
+def _folder(path: Path) -> Path:
+    return path if path.is_dir() else path.parent

@@ -19,7 +19,7 @@ from objstate.building.door_table import read_doors
 from objstate.building.model import Kind, Mesh, MovableObject
 from objstate.building.shapes import Box
 from objstate.building.sidecar import read_sidecar
-from objstate.building.writing import write_buildings
+from objstate.building.writing import CALIBRATION, LEARN_FILE, REPORT_FILE, write_buildings
 from objstate.editing.rows import DoorRow, Edits, leaf_of, row_of
 from objstate.editing.saving import save
 from objstate.editing.subject import subject_of
@@ -206,6 +206,44 @@ def test_candidates_that_lie_in_the_folder_are_found(folder: Path) -> None:
         "left": "kept",
         "found": "open",
     }
+
+
+def test_what_is_not_edited_stays_in_the_folder(folder: Path) -> None:
+    kept = {name: f"{name}\r\n".encode() for name in (CALIBRATION, LEARN_FILE, REPORT_FILE)}
+    for name, content in kept.items():
+        (folder / name).write_bytes(content)
+    subject = subject_of(folder / "room.urdf")
+    save(subject, Edits(doors=[*subject.rows, added()]))
+    assert {name: (folder / name).read_bytes() for name in kept} == kept
+
+
+def test_the_table_keeps_candidates_and_what_drives_told_of_doors(folder: Path) -> None:
+    header = f"{HEADER},probability,side_probability,hinge_std_m,bearing_std_deg,width_std_m,type"
+    (folder / "doors.csv").write_text(
+        f"{header}\nleft,2,0,0,ccw,1,100,0.9,0.8,0.01,0.2,0.03,hinged\n"
+        "sure,1,4,180,ccw,0.8,90,0.7,0.5,0.02,0.3,0.04,hinged\n"
+        "unsure,5,4,180,ccw,0.8,90,0.2,0.5,0.03,0.4,0.05,hinged\n"
+    )
+    subject = subject_of(folder)
+    left, sure, unsure = subject.rows
+    accepted = {"decision": "accepted"}
+    doors = [
+        left.model_copy(update=accepted),
+        sure.model_copy(update={"x": 1.2, **accepted}),
+        unsure,
+    ]
+    save(subject, Edits(doors=doors))
+    assert (folder / "doors.csv").read_text() == (
+        f"{header.removesuffix(',type')}\nleft,2.0,0.0,0.0,ccw,1.0,100.0,,0.8,0.01,0.2,0.03\n"
+        "sure,1.2,4.0,180.0,ccw,0.8,90.0,,,,,\n"
+        "unsure,5.0,4.0,180.0,ccw,0.8,90.0,0.2,0.5,0.03,0.4,0.05\n"
+    )
+    assert list(load_building(folder / "room.urdf").objects) == ["left", "sure", "drawer", "desk"]
+    again = subject_of(folder)
+    assert again.rows == doors
+    before = (folder / "doors.csv").read_text()
+    save(again, Edits(doors=doors))
+    assert (folder / "doors.csv").read_text() == before
 
 
 def candidates(folder: Path, *rows: str) -> Path:
