@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from objstate.building.assembly import load_building
 from objstate.building.contours import border_loops, straighten
-from objstate.building.door_table import Door, read_doors
-from objstate.building.model import Mesh
+from objstate.building.door_table import Door, door_rows, read_doors
+from objstate.building.model import Building, Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of_map
 from objstate.building.speckle import without_pinholes, without_specks
 from objstate.building.swing import clear_leaves
-from objstate.building.writing import check_target, write_building
+from objstate.building.writing import DOORS_FILE, check_target, write_building
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
@@ -76,13 +78,24 @@ def building_from_map(
     walls = extrude([plan.to_building(polygon) for polygon in polygons], wall_height)
     if not len(walls.faces):
         raise BuildingError(
-            f"Nothing is left of the walls in the map {map_yaml}; check the door table, whose "
+            f"Nothing is left of the walls in the map '{plan.name}'; check the door table, whose "
             "leaves are cleared away, and min_cells."
         )
     tell(_balance(occupied, walls))
     sidecar = sidecar_of_map(plan.resolution)
     height = min(door_height, wall_height)
     return write_building(out, plan.name, walls, doors, leaf_thickness, height, sidecar)
+
+
+def building_of_map(plan: OccupancyMap, doors: Sequence[Door] = ()) -> Building:
+    """What ``building_from_map`` makes of a map and a table of doors, read again.
+
+    Raises BuildingError.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / DOORS_FILE
+        table.write_text(door_rows(doors), encoding="utf-8")
+        return load_building(building_from_map(plan, table, Path(folder) / "building"))
 
 
 def _probable(doors: list[Door], tell: Report) -> list[Door]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli.console import print_notice, print_text
+from objstate.cli.console import print_notice, print_text, print_warnings
 from objstate.cli.options import GlobalStart, InitialPose, Quiet
 from objstate.cli.parsing import parse_pose
 from objstate.cli.progress import progress_bar
@@ -70,6 +70,7 @@ def edit(
         global_start=global_start,
     )
     subject = subject_of(source, out, candidates)
+    print_warnings(subject.warnings, quiet)
     with progress_bar("Reading drives", quiet or not drive) as report:
         points = points_of(drive or (), subject.building, run, report)
     if static is not None:

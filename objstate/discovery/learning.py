@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from objstate.building import building_from_map, load_building
 from objstate.building.door_table import (
     BEARING_STD,
     HINGE_STD,
@@ -19,11 +17,10 @@ from objstate.building.door_table import (
     SIDE,
     TYPE,
     WIDTH_STD,
-    Door,
     door_rows,
 )
-from objstate.building.model import Building
-from objstate.building.occupancy import OccupancyMap, read_map
+from objstate.building.from_map import building_of_map
+from objstate.building.occupancy import read_map
 from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
@@ -64,7 +61,7 @@ def learn_doors(
     run, target = run or RunOptions(), Path(out)
     check_target(target, overwrite)
     plan = replace(read_map(Path(map_yaml)), name=NAME)
-    walls = _building(plan, [])
+    walls = building_of_map(plan)
     drives: list[Beams] = []
     seconds = 0.0
     for number, log in enumerate(logs):
@@ -84,7 +81,7 @@ def learn_doors(
 
     candidates = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
     probable = [each for each in candidates if each.probability >= PROBABLE]
-    building = _building(plan, [each.door for each in probable])
+    building = building_of_map(plan, [each.door for each in probable])
     error = building.error or BuildingErrorSettings()
     error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})
     about = _about(map_yaml, logs, drives, candidates)
@@ -101,15 +98,6 @@ def _error(found: Candidate) -> DoorErrorSettings:
     return DoorErrorSettings(
         hinge_std_m=found.hinge_deviation, bearing_std_deg=math.degrees(found.bearing_std)
     )
-
-
-def _building(plan: OccupancyMap, doors: list[Door]) -> Building:
-    """The building of a map with doors, whose leaves are taken out of its walls."""
-    with tempfile.TemporaryDirectory() as folder:
-        table = Path(folder) / DOORS_FILE
-        table.write_text(door_rows(doors), encoding="utf-8")
-        urdf = building_from_map(plan, table, Path(folder) / NAME)
-        return load_building(urdf)
 
 
 def candidates_table(candidates: Sequence[Candidate]) -> str:

@@ -13,8 +13,8 @@ from objstate.editing.drives import Picture, picture
 from objstate.editing.rows import DoorRow, row_of
 from objstate.editing.subject import Subject
 from objstate.geometry import FloatArray
-from objstate.report.document import Addition, page_head, section, whole_page
-from objstate.report.markup import element, polyline
+from objstate.report.document import Addition, page_head, section, warnings_list, whole_page
+from objstate.report.markup import element, polyline, text
 from objstate.report.plan import framed, plan_buttons, shape_of
 
 HEIGHT = 0.3  # m above the floor, where many robots carry their laser
@@ -57,7 +57,8 @@ def edit_page(
     side = element("div", _form(), _list(), class_="side")
     data = _data(subject, walls, save_token)
     addition = Addition(_asset("edit.js"), _asset("edit.css"), connects=save_token is not None)
-    body = page_head(title, said) + element("div", stage, side, class_="workbench")
+    head = page_head(title, said) + warnings_list([text(each) for each in subject.warnings])
+    body = head + element("div", stage, side, class_="workbench")
     return whole_page(title, body, data, addition=addition)
 
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from objstate.building import building_from_map, load_building
 from objstate.building.door_table import PROBABILITY, door_rows, read_doors
+from objstate.building.from_map import building_of_map
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.building.sidecar import sidecar_of, sidecar_text
+from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import (
     BESIDE,
     DECISIONS_FILE,
@@ -26,17 +26,19 @@ from objstate.errors import BuildingError
 def save(subject: Subject, edits: Edits) -> Path:
     """Write the edited building, ``doors.csv`` and ``decisions.json``, whole or not at all.
 
-    In the building's own folder all else stays, as what ``learn`` wrote.
+    Walls are made of the map anew, where it is known. In the building's own folder all else stays,
+    as what ``learn`` wrote.
     Returns the URDF's path. Raises BuildingError for doors that can't be, and ResultError.
     """
     if subject.out.exists():
         check_target(subject.out, overwrite=True)
     table = _checked_table(subject, edits)
-    if subject.plan is None:
-        building = _edited(subject.building, edits)
-        sidecar = _sidecar(subject, edits)
-    else:
-        building, sidecar = _of_map(subject.plan, table)
+    building = _edited(subject.building, edits)
+    if subject.plan is not None:
+        doors = [row.door for row in edits.doors if row.is_taken]
+        walls = building_of_map(subject.plan, doors).walls
+        building = replace(building, walls=walls)
+    sidecar = _sidecar(subject, edits)
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
     beside = {DOORS_FILE: table, DECISIONS_FILE: decisions + "\n"}
     keep = BESIDE if subject.is_in_place else ()
@@ -114,12 +116,3 @@ def _edited(building: Building, edits: Edits) -> Building:
         name = _hanging_alike(row, before) or row.name
         doors[row.name] = leaf_of(row, building.objects.get(name))
     return replace(building, objects=doors | others)
-
-
-def _of_map(plan: Path, table: str) -> tuple[Building, str | None]:
-    """The building of a map and a table of doors, whose leaves are cleared from the map."""
-    with tempfile.TemporaryDirectory() as folder:
-        doors = Path(folder) / DOORS_FILE
-        doors.write_text(table, encoding="utf-8")
-        urdf = building_from_map(plan, doors, Path(folder) / "building")
-        return load_building(urdf), sidecar_text(urdf)

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from objstate.building import building_from_map, load_building
+from objstate.building import load_building
 from objstate.building.door_table import Door, read_doors
+from objstate.building.from_map import building_of_map
 from objstate.building.model import Building
-from objstate.building.occupancy import is_map
-from objstate.building.sidecar import sidecar_text
+from objstate.building.occupancy import OccupancyMap, is_map, read_map
+from objstate.building.sidecar import sidecar_of_map, sidecar_text
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
+from objstate.editing.learnt import map_of_learnt
 from objstate.editing.merging import merged_rows
 from objstate.editing.rows import DoorRow, Edits, row_of
 from objstate.errors import BuildingError
@@ -26,12 +27,13 @@ class Subject:
     """A building, or a map, and where the edited building goes."""
 
     building: Building  # of a map, its walls with all that is drawn in it
-    plan: Path | None  # the map, if it is one
+    plan: OccupancyMap | None  # of which the walls are made, where it is known
     sidecar: str | None
     rows: list[DoorRow]
     table: Mapping[str, Door]  # of tables of doors that were read, by name
     out: Path
     is_in_place: bool
+    warnings: tuple[str, ...] = ()
 
 
 def subject_of(
@@ -49,12 +51,7 @@ def subject_of(
             f"{path} doesn't exist; give a building's folder or URDF, or a map's YAML file."
         )
     target = _target(path, out)
-    if is_map(path):
-        building, plan, sidecar = _walls_of(path), path, None
-    else:
-        urdf = _urdf(path)
-        building, plan = load_building(urdf), None
-        sidecar = sidecar_text(urdf)
+    building, plan, sidecar, warnings = (_of_map if is_map(path) else _of_building)(path)
     is_in_place = target.resolve() == _folder(path).resolve()
     own = _table(_folder(path) / DOORS_FILE) if path.is_dir() or is_in_place else []
     found = (
@@ -72,7 +69,25 @@ def subject_of(
         table={door.name: door for door in [*own, *found]},
         out=target,
         is_in_place=is_in_place,
+        warnings=tuple(warnings),
     )
+
+
+Opened = tuple[Building, OccupancyMap | None, str | None, list[str]]
+
+
+def _of_map(path: Path) -> Opened:
+    """A map's walls, the map, the sidecar of a building made of it, and no warnings."""
+    plan = read_map(path)
+    return building_of_map(plan), plan, sidecar_of_map(plan.resolution), []
+
+
+def _of_building(path: Path) -> Opened:
+    """A building, the map in which it was learnt, its sidecar, and warnings."""
+    urdf = _urdf(path)
+    building = load_building(urdf)
+    plan, warnings = map_of_learnt(_folder(path), building)
+    return building, plan, sidecar_text(urdf), warnings
 
 
 def _target(path: Path, out: str | Path | None) -> Path:
@@ -97,11 +112,6 @@ def _urdf(path: Path) -> Path:
     if len(models) != 1:
         raise BuildingError(f"{path} holds {len(models)} URDF files; give the building's.")
     return models[0]
-
-
-def _walls_of(plan: Path) -> Building:
-    with tempfile.TemporaryDirectory() as folder:
-        return load_building(building_from_map(plan, None, Path(folder) / "walls"))
 
 
 def _decisions(folder: Path) -> list[DoorRow]:

@@ -1,0 +1,65 @@
+"""The map of a building whose doors were learnt in it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from objstate.building.from_map import building_of_map
+from objstate.building.model import Building, Mesh
+from objstate.building.occupancy import OccupancyMap, read_map
+from objstate.building.writing import LEARN_FILE
+from objstate.editing.rows import row_of
+from objstate.errors import BuildingError
+
+SAME = 1e-3  # m, of walls: meshes are written with float32 numbers
+
+
+def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None, list[str]]:
+    """The map in which ``learn`` found the doors of the building in a folder, and warnings.
+
+    None where it isn't told, can't be read, or has other walls than the building.
+    """
+    name = _map_name(folder / LEARN_FILE)
+    if name is None:
+        return None, []
+    places = [folder.absolute().parent / name, Path(name)]
+    try:
+        plan = read_map(next((place for place in places if place.is_file()), Path(name)))
+        if not _has_walls(plan, building):
+            raise BuildingError(f"The map {name} with the building's doors has other walls.")
+    except BuildingError as error:
+        told = (
+            f"The walls of {folder} stay as they are, since they can't be made of the map in which "
+            "its doors were found: a rejected door leaves a hole in its wall, and an accepted one "
+            f"stands in it. {error}"
+        )
+        return None, [told]
+    return plan, []
+
+
+def _map_name(file: Path) -> str | None:
+    """The map that ``learn.json`` names, if it does."""
+    if not file.is_file():
+        return None
+    try:
+        words = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError:
+        return None  # of damaged files ``learn`` tells, which goes on from them
+    name = words.get("map") if isinstance(words, dict) else None
+    return name if isinstance(name, str) else None
+
+
+def _has_walls(plan: OccupancyMap, building: Building) -> bool:
+    """Whether a map has the walls of a building with its doors. Raises BuildingError."""
+    rows = [row_of(item) for item in building.objects.values()]
+    made = building_of_map(plan, [row.door for row in rows if row is not None])
+    return _is_same(made.walls, building.walls)
+
+
+def _is_same(one: Mesh, other: Mesh) -> bool:
+    return one.vertices.shape == other.vertices.shape and bool(
+        np.allclose(one.vertices, other.vertices, rtol=0.0, atol=SAME)
+    )
