@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from objstate.editing.page import edit_page
+from objstate.editing.page import SavedState, edit_page
 from objstate.editing.rows import Edits
-from objstate.editing.saving import save
+from objstate.editing.session import Session, StaleError
 from objstate.editing.subject import Subject
 from objstate.errors import ObjstateError, SettingsError
 from objstate.geometry import FloatArray
@@ -24,27 +24,32 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 NAMES = (LOOPBACK, "localhost")  # names of this machine; requests to others are attacks
 LARGEST = 4 * 2**20  # bytes that the page may send
-TOKEN = "x-objstate-token"  # of a request to save
+TOKEN, REVISION = "x-objstate-token", "x-objstate-revision"  # of a request to save
 
 
 def edit_app(subject: Subject, points: FloatArray) -> Starlette:
     """An ASGI app: the page at ``/``, and ``POST /save``.
 
-    It answers only requests for this machine by name, and saves only for the page that it served.
-    Raises SettingsError where Starlette is missing.
+    It answers only requests for this machine by name, and saves only for a page that it served and
+    that shows what is saved. Raises SettingsError where Starlette is missing.
     """
     try:
         from starlette.applications import Starlette
         from starlette.middleware import Middleware
         from starlette.middleware.trustedhost import TrustedHostMiddleware
-        from starlette.responses import HTMLResponse, JSONResponse
+        from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse
         from starlette.routing import Route
     except ImportError as error:
         raise _missing(error) from error
     token = secrets.token_urlsafe(24)
-    page = edit_page(subject, points, token)
+    session = Session(subject)
 
     async def show(_: Request) -> Response:
+        try:
+            saved, revision = session.current()
+        except ObjstateError as error:
+            return PlainTextResponse(str(error), 500)
+        page = edit_page(saved, points, SavedState(token, revision))
         return HTMLResponse(page, headers={"Cache-Control": "no-store"})
 
     async def store(request: Request) -> Response:
@@ -54,13 +59,16 @@ def edit_app(subject: Subject, points: FloatArray) -> Starlette:
         if len(content) > LARGEST:
             return JSONResponse({"error": "This is more than doors."}, 413)
         try:
-            urdf = save(subject, Edits.model_validate_json(content))
+            edits = Edits.model_validate_json(content)
+            saved, revision = session.save(edits, request.headers.get(REVISION, ""))
+        except StaleError as error:
+            return JSONResponse({"error": str(error)}, 409)
         except ValidationError as error:
             told = "; ".join(f"{each['loc']}: {each['msg']}" for each in error.errors())
             return JSONResponse({"error": told}, 400)
         except ObjstateError as error:
             return JSONResponse({"error": str(error)}, 400)
-        return JSONResponse({"saved": str(urdf)})
+        return JSONResponse({"saved": str(saved.urdf), "revision": revision})
 
     return Starlette(
         routes=[Route("/", show), Route("/save", store, methods=["POST"])],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
@@ -27,12 +28,20 @@ KEYS = (
 )
 
 
+@dataclass(frozen=True)
+class SavedState:
+    """What a page tells the server that it saves to."""
+
+    token: str  # by which the server knows its own pages
+    revision: str  # of the saved state that the page shows
+
+
 def edit_page(
-    subject: Subject, points: FloatArray, save_token: str | None = None, height: float = HEIGHT
+    subject: Subject, points: FloatArray, saved: SavedState | None = None, height: float = HEIGHT
 ) -> str:
     """The page for a building, over points (n, 2) m of drives.
 
-    With ``save_token`` it saves to the server that it came from; without, it offers its table as a
+    With ``saved`` it saves to the server that it came from; without, it offers its table as a
     download. ``height`` is that of the laser, m.
     """
     building = subject.building
@@ -43,7 +52,7 @@ def edit_page(
     said = (
         f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points; saved to "
         f"{subject.out}"
-        if save_token
+        if saved
         else f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points"
     )
     plan = framed(building, [], np.zeros((0, 2)), height, _drawn(building, shown, height), "plan")
@@ -55,20 +64,21 @@ def edit_page(
         class_="stage",
     )
     side = element("div", _form(), _list(), class_="side")
-    data = _data(subject, walls, save_token)
-    addition = Addition(_asset("edit.js"), _asset("edit.css"), connects=save_token is not None)
+    data = _data(subject, walls, saved)
+    addition = Addition(_asset("edit.js"), _asset("edit.css"), connects=saved is not None)
     head = page_head(title, said) + warnings_list([text(each) for each in subject.warnings])
     body = head + element("div", stage, side, class_="workbench")
     return whole_page(title, body, data, addition=addition)
 
 
-def _data(subject: Subject, walls: FloatArray, token: str | None) -> dict[str, Any]:
+def _data(subject: Subject, walls: FloatArray, saved: SavedState | None) -> dict[str, Any]:
     taken = [name for name, item in subject.building.objects.items() if row_of(item) is None]
     return {
         "doors": [_row(row) for row in _ordered(subject.rows)],
         "walls": walls.reshape(-1, 4).round(4).tolist(),
         "names": taken,
-        "token": token,
+        "token": None if saved is None else saved.token,
+        "revision": None if saved is None else saved.revision,
     }
 
 

@@ -23,12 +23,13 @@ from objstate.editing.subject import Subject
 from objstate.errors import BuildingError
 
 
-def save(subject: Subject, edits: Edits) -> Path:
+def save(subject: Subject, edits: Edits) -> Subject:
     """Write the edited building, ``doors.csv`` and ``decisions.json``, whole or not at all.
 
     Walls are made of the map anew, where it is known. In the building's own folder all else stays,
     as what ``learn`` wrote.
-    Returns the URDF's path. Raises BuildingError for doors that can't be, and ResultError.
+    Returns the subject as it was saved. Doors that are edited again are still made of the building
+    that was read, so that what is undone is as it was. Raises BuildingError for doors that can't be, and ResultError.
     """
     if subject.out.exists():
         check_target(subject.out, overwrite=True)
@@ -42,7 +43,9 @@ def save(subject: Subject, edits: Edits) -> Path:
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
     beside = {DOORS_FILE: table, DECISIONS_FILE: decisions + "\n"}
     keep = BESIDE if subject.is_in_place else ()
-    return write_buildings(subject.out, {".": building}, {".": sidecar}, beside, keep)[0]
+    write_buildings(subject.out, {".": building}, {".": sidecar}, beside, keep)
+    shown = replace(subject.building, walls=building.walls)
+    return replace(subject, building=shown, rows=edits.doors)
 
 
 def _sidecar(subject: Subject, edits: Edits) -> str | None:

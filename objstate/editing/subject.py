@@ -31,9 +31,24 @@ class Subject:
     sidecar: str | None
     rows: list[DoorRow]
     table: Mapping[str, Door]  # of tables of doors that were read, by name
+    source: Path
     out: Path
-    is_in_place: bool
+    candidates: Path | None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the edited building replaces the one that was read."""
+        return _is_in_place(self.source, self.out)
+
+    @property
+    def urdf(self) -> Path:
+        """Of the edited building."""
+        return self.out / f"{self.building.name}.urdf"
+
+    def read_again(self) -> Subject:
+        """The same from the files as they are now. Raises BuildingError."""
+        return subject_of(self.source, self.out, self.candidates)
 
 
 def subject_of(
@@ -52,12 +67,13 @@ def subject_of(
         )
     target = _target(path, out)
     building, plan, sidecar, warnings = (_of_map if is_map(path) else _of_building)(path)
-    is_in_place = target.resolve() == _folder(path).resolve()
-    own = _table(_folder(path) / DOORS_FILE) if path.is_dir() or is_in_place else []
+    table = None if candidates is None else Path(candidates)
+    is_own = path.is_dir() or _is_in_place(path, target)
+    own = _table(_folder(path) / DOORS_FILE) if is_own else []
     found = (
         [door for door in own if door.probability is not None]
-        if candidates is None
-        else read_doors(Path(candidates))
+        if table is None
+        else read_doors(table)
     )
     rows = [row for item in building.objects.values() if (row := row_of(item)) is not None]
     names = set(building.objects) - {row.name for row in rows}
@@ -67,8 +83,9 @@ def subject_of(
         sidecar=sidecar,
         rows=merged_rows(rows, _decisions(target), [DoorRow.of(door) for door in found], names),
         table={door.name: door for door in [*own, *found]},
+        source=path,
         out=target,
-        is_in_place=is_in_place,
+        candidates=table,
         warnings=tuple(warnings),
     )
 
@@ -129,6 +146,10 @@ def _decisions(folder: Path) -> list[DoorRow]:
 
 def _table(path: Path) -> list[Door]:
     return read_doors(path) if path.is_file() else []
+
+
+def _is_in_place(path: Path, target: Path) -> bool:
+    return target.resolve() == _folder(path).resolve()
 
 
 def _folder(path: Path) -> Path:

@@ -14,6 +14,8 @@ import pytest
 
 from objstate.building import load_building
 from objstate.editing.app import edit_app, serve
+from objstate.editing.rows import Edits
+from objstate.editing.saving import save
 from objstate.editing.subject import subject_of
 
 pytest.importorskip("starlette", reason="Starlette is not installed (pip install 'objstate[edit]')")
@@ -22,7 +24,12 @@ NOWHERE = np.zeros((0, 2))
 
 
 def ask(
-    app: Any, path: str, body: bytes | None = None, host: str = "127.0.0.1:9", token: str = ""
+    app: Any,
+    path: str,
+    body: bytes | None = None,
+    host: str = "127.0.0.1:9",
+    token: str = "",
+    revision: str = "",
 ) -> tuple[int, str]:
     """The status and the text of an answer."""
     sent: list[dict[str, Any]] = []
@@ -33,7 +40,11 @@ def ask(
     async def send(message: dict[str, Any]) -> None:
         sent.append(message)
 
-    headers = [(b"host", host.encode()), (b"x-objstate-token", token.encode())]
+    headers = [
+        (b"host", host.encode()),
+        (b"x-objstate-token", token.encode()),
+        (b"x-objstate-revision", revision.encode()),
+    ]
     scope = {
         "type": "http", "method": "GET" if body is None else "POST", "path": path, "headers": headers,
         "query_string": b"", "http_version": "1.1", "scheme": "http", "root_path": "",
@@ -44,28 +55,87 @@ def ask(
     return sent[0]["status"], text.decode()
 
 
-def token_in(page: str) -> str:
-    found = re.search(r'"token":"([^"]+)"', page)
-    assert found
-    return found[1]
-
-
-def doors_in(page: str) -> list[dict[str, Any]]:
+def data_in(page: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page)
     assert found
-    doors: list[dict[str, Any]] = json.loads(found[1])["doors"]
-    return doors
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def loaded(app: Any) -> dict[str, Any]:
+    """The data of the page."""
+    status, page = ask(app, "/")
+    assert status == 200
+    return data_in(page)
+
+
+def send(app: Any, data: dict[str, Any], body: bytes | None = None) -> tuple[int, dict[str, Any]]:
+    """What the server answers to a page that saves its doors, or something else."""
+    content = json.dumps({"doors": data["doors"]}).encode() if body is None else body
+    status, text = ask(app, "/save", content, token=data["token"], revision=data["revision"])
+    answer: dict[str, Any] = json.loads(text)
+    return status, answer
 
 
 def test_what_the_page_sends_is_saved(folder: Path) -> None:
     app = edit_app(subject_of(folder), NOWHERE)
-    status, page = ask(app, "/")
-    assert status == 200
-    doors = doors_in(page)
-    doors[0]["x"] = 3.2
-    body = json.dumps({"doors": doors}).encode()
-    assert ask(app, "/save", body, token=token_in(page))[0] == 200
+    data = loaded(app)
+    for x in (3.2, 3.3):
+        data["doors"][0]["x"] = x
+        status, answer = send(app, data)
+        assert (status, answer["saved"]) == (200, str(folder / "room.urdf"))
+        assert load_building(folder / "room.urdf")["left"].hinge == pytest.approx([x, 0])
+        data["revision"] = answer["revision"]
+
+
+def test_a_page_that_is_loaded_again_shows_what_was_saved(folder: Path) -> None:
+    app = edit_app(subject_of(folder), NOWHERE)
+    data = loaded(app)
+    data["doors"][0] |= {"x": 3.2, "decision": "accepted"}
+    send(app, data)
+    again = loaded(app)
+    assert again["doors"] == data["doors"]
+    again["doors"][0]["y"] = 0.1
+    assert send(app, again)[0] == 200
+    assert load_building(folder / "room.urdf")["left"].hinge == pytest.approx([3.2, 0.1])
+
+
+def test_a_page_that_shows_an_earlier_state_is_refused(folder: Path) -> None:
+    app = edit_app(subject_of(folder), NOWHERE)
+    first, second = loaded(app), loaded(app)
+    first["doors"][0]["x"] = 3.2
+    assert send(app, first)[0] == 200
+    second["doors"][0]["x"] = 1.0
+    status, answer = send(app, second)
+    assert status == 409
+    assert "reload" in answer["error"]
     assert load_building(folder / "room.urdf")["left"].hinge == pytest.approx([3.2, 0])
+
+
+@pytest.mark.parametrize("out", [None, "out"])
+def test_a_folder_that_another_process_changed_is_not_written(
+    folder: Path, out: str | None
+) -> None:
+    target = None if out is None else folder.parent / out
+    app = edit_app(subject_of(folder, target), NOWHERE)
+    data = loaded(app)
+    other = subject_of(folder, target)
+    moved = other.rows[0].model_copy(update={"x": 2.2, "decision": "accepted"})
+    save(other, Edits(doors=[moved]))
+    data["doors"][0]["x"] = 3.2
+    assert send(app, data)[0] == 409
+    assert load_building(other.urdf)["left"].hinge == pytest.approx([2.2, 0])
+    again = loaded(app)
+    assert again["doors"][0]["x"] == 2.2
+    assert send(app, again)[0] == 200
+
+
+def test_a_folder_that_cannot_be_read_any_more_is_told(folder: Path) -> None:
+    app = edit_app(subject_of(folder), NOWHERE)
+    (folder / "decisions.json").write_text("no json")
+    status, text = ask(app, "/")
+    assert status == 500
+    assert "decisions.json can't be read" in text
 
 
 def test_other_names_of_this_machine_and_other_pages_are_refused(folder: Path) -> None:
@@ -91,10 +161,9 @@ def test_other_names_of_this_machine_and_other_pages_are_refused(folder: Path) -
 )
 def test_what_cannot_be_saved_is_told(folder: Path, body: bytes, told: str) -> None:
     app = edit_app(subject_of(folder), NOWHERE)
-    token = token_in(ask(app, "/")[1])
-    status, text = ask(app, "/save", body, token=token)
+    status, answer = send(app, loaded(app), body)
     assert status == 400
-    assert told in json.loads(text)["error"]
+    assert told in answer["error"]
     assert not (folder / "doors.csv").exists()
 
 

@@ -164,6 +164,30 @@ def test_a_door_is_made_to_slide_and_to_turn_again(desk: Desk) -> None:
     assert (row["opens"], row["upper_limit_deg"]) == ("ccw", "90.0")
 
 
+def test_a_page_that_is_loaded_again_shows_what_was_decided(desk: Desk) -> None:
+    desk.page.keyboard.press("n")
+    assert desk.doors() == {}
+    desk.page.reload()
+    assert desk.page.locator("#rows tr").get_attribute("class") == "rejected chosen"
+    desk.page.keyboard.press("y")
+    assert list(desk.doors()) == ["left"]
+
+
+def test_a_page_that_shows_an_earlier_state_says_so(desk: Desk, browser: Any) -> None:
+    second = browser.new_page()
+    second.goto(desk.page.url)
+    desk.page.keyboard.press("ArrowUp")
+    assert desk.hinge("left") == pytest.approx([2.0, 0.01])
+    second.keyboard.press("ArrowRight")
+    playwright.expect(second.locator("#said")).to_contain_text("reload")
+    assert desk.hinge("left") == pytest.approx([2.0, 0.01])
+    second.reload()
+    second.keyboard.press("ArrowRight")
+    playwright.expect(second.locator("#said")).to_have_text("saved")
+    assert desk.hinge("left") == pytest.approx([2.01, 0.01])
+    second.close()
+
+
 def test_doors_are_rejected_accepted_renamed_and_found(desk: Desk) -> None:
     desk.page.keyboard.press("n")
     assert desk.doors() == {}

@@ -138,7 +138,7 @@ def test_saving_unchanged_doors_keeps_the_building(folder: Path) -> None:
     before = (folder / "room.urdf").read_text()
     subject = subject_of(folder)
     assert [row.name for row in subject.rows] == ["left"]
-    assert save(subject, Edits(doors=subject.rows)) == folder / "room.urdf"
+    assert save(subject, Edits(doors=subject.rows)).urdf == folder / "room.urdf"
     assert (folder / "room.urdf").read_text() == before
     assert (folder / "room.building.yaml").read_text() == "building_error: {}\n"
     assert (folder / "doors.csv").read_text() == f"{HEADER}\nleft,2.0,0.0,0.0,ccw,1.0,100.0\n"
@@ -325,7 +325,7 @@ def test_a_map_becomes_a_building_with_the_doors_that_were_added(tmp_path: Path)
     subject = subject_of(tmp_path / "plan.yaml", tmp_path / "out")
     assert subject.rows == []
     door = added("way", x=2.0, y=2.475, bearing=0.0, width=1.0)
-    urdf = save(subject, Edits(doors=[door]))
+    urdf = save(subject, Edits(doors=[door])).urdf
     assert inspect_building(urdf).problems == []
     assert [each.name for each in read_doors(tmp_path / "out" / "doors.csv")] == ["way"]
     again = subject_of(tmp_path / "out").rows[0]

@@ -132,10 +132,13 @@
     try {
       const answer = await fetch("save", {
         method: "POST", body: JSON.stringify({ doors }),
-        headers: { "Content-Type": "application/json", "X-Objstate-Token": data.token },
+        headers: {
+          "Content-Type": "application/json", "X-Objstate-Token": data.token,
+          "X-Objstate-Revision": data.revision,
+        },
       });
       const told = await answer.json();
-      if (told.saved) say("saved"); else say(told.error, true);
+      if (told.saved) { data.revision = told.revision; say("saved"); } else say(told.error, true);
     } catch { say("not saved: the server is gone", true); }
     saving = null;
     if (again) { again = false; save(); }
