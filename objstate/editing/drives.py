@@ -6,18 +6,23 @@ import base64
 import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.editing.doubts import of_another_building, off_walls
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, compose, interpolate_pose
 from objstate.recording.results import is_result
 from objstate.recording.scans import read_scans
+from objstate.recording.summary import read_summary
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import Scan
 from objstate.run import RunOptions, open_run, unknown_start
+from objstate.run.doubts import failures
+from objstate.run.drive import Drive
 from objstate.run.scans import ends_of
 
 CELL = 0.02  # m, of the picture
@@ -29,6 +34,8 @@ FAINTEST = 0.15  # opacity of a cell with one point
 COLOUR = (194, 24, 122)  # as the report draws scans
 
 Progress = Callable[[float, float], None]  # share of a log done, seconds of it done
+Tell = Callable[[str], None]  # receives warnings
+Doubt = Callable[[str | None], None]  # receives a warning of one drive, if there is one
 
 
 @dataclass(frozen=True)
@@ -48,24 +55,43 @@ def points_of(
     building: Building,
     run: RunOptions | None = None,
     on_progress: Progress | None = None,
+    tell: Tell = lambda _: None,
 ) -> FloatArray:
     """(n, 2) m, where beams of results of ``estimate``, or of logs, ended in the building.
 
-    A log is localized in the building's walls, as ``run`` says. Raises LogError where the robot's
-    start is unknown, or where it was nowhere found.
+    A log is localized in the building's walls, as ``run`` says. ``tell`` receives warnings, as of
+    drives of other buildings. Raises LogError where the robot's start is unknown, or where it was
+    nowhere found, and ResultError.
     """
     run = run or RunOptions()
-    parts = [
-        points
-        for drive in drives
-        for points in (
-            _of_result(drive) if is_result(drive) else _of_log(drive, building, run, on_progress)
+    parts = [np.zeros((0, 2))]
+    for drive in drives:
+        doubt = partial(_tell_of, drive, tell)
+        points = np.concatenate(
+            [
+                np.zeros((0, 2)),
+                *(
+                    _of_result(drive, building, doubt)
+                    if is_result(drive)
+                    else _of_log(drive, building, run, on_progress, doubt)
+                ),
+            ]
         )
-    ]
-    return np.concatenate(parts) if parts else np.zeros((0, 2))
+        doubt(off_walls(points, building))
+        parts.append(points)
+    return np.concatenate(parts)
 
 
-def _of_result(folder: Path) -> Iterator[FloatArray]:
+def _tell_of(drive: Path, tell: Tell, doubt: str | None) -> None:
+    if doubt is not None:
+        tell(f"{drive}: {doubt}")
+
+
+def _of_result(folder: Path, building: Building, doubt: Doubt) -> Iterator[FloatArray]:
+    summary = read_summary(folder)
+    for failure in summary.get("failures", ()):
+        doubt(failure)
+    doubt(of_another_building(folder, summary, building))
     path, scans = read_tum(folder / TRAJECTORY), read_scans(folder)
     for stamp, x, y in zip(scans["stamp"], scans["x"], scans["y"], strict=True):
         after = int(np.searchsorted(path.stamps_ns, stamp))
@@ -78,13 +104,14 @@ def _of_result(folder: Path) -> Iterator[FloatArray]:
 
 
 def _of_log(
-    log: Path, building: Building, run: RunOptions, on_progress: Progress | None
+    log: Path, building: Building, run: RunOptions, on_progress: Progress | None, doubt: Doubt
 ) -> Iterator[FloatArray]:
     records, estimator = open_run([log], replace(building, objects={}), run)
+    drive = Drive()
     last: dict[str, int] = {}
     began_ns: int | None = None
     for record in records:
-        estimator.feed(record)
+        drive.note(record, estimator, estimator.feed(record))
         robot = estimator.robot
         if not isinstance(record, Scan) or robot is None or robot.position_std > WELL_KNOWN:
             continue
@@ -101,6 +128,8 @@ def _of_log(
         raise LogError(
             f"The robot was localized nowhere in {log}; see with `objstate estimate` what is wrong."
         )
+    for failure in failures(drive, estimator, run):
+        doubt(failure)
 
 
 def _placed(pose: FloatArray, ends: FloatArray) -> FloatArray:

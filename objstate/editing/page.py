@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from objstate.building.inspection import DEFAULT_HEIGHT
 from objstate.building.model import Building
 from objstate.building.outline import outline
 from objstate.editing.drives import Picture, picture
@@ -18,7 +19,6 @@ from objstate.report.document import Addition, page_head, section, warnings_list
 from objstate.report.markup import element, polyline, text
 from objstate.report.plan import framed, plan_buttons, shape_of
 
-HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 MARGIN = 1.0  # m around the walls, in which scan points are drawn
 KEYS = (
     "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the "
@@ -37,7 +37,10 @@ class SavedState:
 
 
 def edit_page(
-    subject: Subject, points: FloatArray, saved: SavedState | None = None, height: float = HEIGHT
+    subject: Subject,
+    points: FloatArray,
+    saved: SavedState | None = None,
+    height: float = DEFAULT_HEIGHT,
 ) -> str:
     """The page for a building, over points (n, 2) m of drives.
 
