@@ -71,11 +71,12 @@ def edit(
         global_start=global_start,
     )
     subject = subject_of(source, out, candidates)
+    print_warnings(subject.warnings, quiet)
     doubts: list[str] = []
     with progress_bar("Reading drives", quiet or not drive) as report:
         points = points_of(drive or (), subject.building, run, report, doubts.append)
+    print_warnings(doubts, quiet)
     subject = replace(subject, warnings=(*subject.warnings, *doubts))
-    print_warnings(subject.warnings, quiet)
     if static is not None:
         write_text(static, edit_page(subject, points))
         print_text(f"Written: {static}")

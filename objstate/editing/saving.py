@@ -27,9 +27,9 @@ def save(subject: Subject, edits: Edits) -> Subject:
     """Write the edited building, ``doors.csv`` and ``decisions.json``, whole or not at all.
 
     Walls are made of the map anew, where it is known. In the building's own folder all else stays,
-    as what ``learn`` wrote.
-    Returns the subject as it was saved. Doors that are edited again are still made of the building
-    that was read, so that what is undone is as it was. Raises BuildingError for doors that can't be, and ResultError.
+    as what ``learn`` wrote. Returns the subject as it was saved. Doors that are edited again are
+    still made of the building that was read, so that what is undone is as it was. Raises
+    BuildingError for doors that can't be, and ResultError.
     """
     if subject.out.exists():
         check_target(subject.out, overwrite=True)
