@@ -247,6 +247,8 @@ def _told(world: WorldUse) -> str:
         knew += f", and walls by {world.surveyed} drive{'s' if world.surveyed != 1 else ''}"
     if world.had_the_log:
         return f"{knew}; it has this log already, and was not changed."
+    if world.unreliable:
+        return f"{knew}; learnt nothing, since the result isn't reliable."
     learnt = f"{knew}; learnt {world.added} beliefs."
     if world.contradicts:
         learnt += " Walls or hinges contradict all earlier drives, and weren't kept."

@@ -132,7 +132,7 @@ class Drive(Answer):
     state: str  # waiting, running, done, failed
     progress: float = 0.0  # 0..1
     reason: str | None = None  # why it failed
-    summary: Mapping[str, Any] | None = None  # of one that is done
+    summary: Mapping[str, Any] | None = None  # of one that has a result
 
     @property
     def has_ended(self) -> bool:

@@ -40,6 +40,7 @@ class WorldUse:
     known: int  # number of objects that it knew when the log began
     added: int  # number of beliefs that were added
     had_the_log: bool  # so that nothing was added
+    unreliable: bool = False  # the run failed, so that nothing was added
     hung: int = 0  # number of doors that hang where earlier drives found them
     contradicts: bool = False  # earlier drives, by hinges or walls, which therefore weren't added
     surveyed: int = 0  # number of earlier drives to which walls and lasers were adjusted
@@ -240,6 +241,18 @@ class Memory:
             had_the_log=not is_new,
             hung=len(self.statics.hung),
             contradicts=is_other,
+            surveyed=self.statics.drives,
+        )
+
+    def left_alone(self) -> WorldUse:
+        """Add nothing, since the run isn't reliable; the log may be estimated again."""
+        return WorldUse(
+            self.store.location,
+            len(self.known),
+            0,
+            had_the_log=False,
+            unreliable=True,
+            hung=len(self.statics.hung),
             surveyed=self.statics.drives,
         )
 

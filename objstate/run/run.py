@@ -142,7 +142,8 @@ def estimate_log(
     ``estimates.parquet``, ``smoothed.parquet``, ``events.parquet``, ``posteriors.parquet``,
     ``scans.parquet``, ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not
     at all. With a ``world``, a path or a PostgreSQL URL, it starts from the world's beliefs when
-    the log begins, and adds what was learnt, once for each log. ``observers`` receive all records.
+    the log begins, and adds what was learnt, once for each log; a run with ``failures`` adds
+    nothing. ``observers`` receive all records.
     ``truth`` and ``true_path`` are not used to estimate, but are named in ``run.json``, where a
     report finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
     RViz, the truth beside it. With ``grid``, ``clutter.parquet`` holds obstacles that are not in
@@ -210,7 +211,7 @@ def estimate_log(
             lost_probabilities=estimator.lost_probabilities,
             p_localized=tuple(drive.localized),
             symmetry=model.symmetries,
-            world=_kept(memory, drive, log, options, estimator, left),
+            world=_world_use(memory, drive, log, options, estimator, left, failed),
             laser_heights=drive.heights,
             odometry_error=estimator.odometry_error.to_dict(),
         )
@@ -266,17 +267,20 @@ def _memory(
     return Memory.opened(world, building, options.settings, digest, begin_ns, log.mountings)
 
 
-def _kept(
+def _world_use(
     memory: Memory | None,
     drive: Drive,
     log: Log,
     options: RunOptions,
     estimator: Estimator,
     floor: FloorMemory | None,
+    failed: Sequence[str],
 ) -> WorldUse | None:
-    """What a world kept of the drive."""
+    """What a world kept of the drive: nothing where the run failed."""
     if memory is None:
         return None
+    if failed:
+        return memory.left_alone()
     return memory.keep(drive.end_ns, options.settings, estimator, log.mountings, floor)
 
 

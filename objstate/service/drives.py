@@ -56,7 +56,7 @@ class Drive:
     reason: str | None  # why it failed
     received_ns: int
     ended_ns: int | None
-    summary: Mapping[str, Any] | None  # of one that is done
+    summary: Mapping[str, Any] | None  # of one that has a result
     robot: str | None  # that sent it while it drove
     file: str
 

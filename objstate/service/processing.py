@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +88,7 @@ class Processing:
             return
         if verdict.status == "done":
             self._on_taught()  # before anybody hears that it is done
-            self._drives.end(drive, DONE, summary=json.dumps(summary_of(result)))
+            self._end_estimated(drive, summary_of(result))
             return
         reason = verdict.reason or f"The process of the drive {verdict.status}."
         logger.warning("drive %s %s: %s", drive.id, verdict.status, reason)
@@ -99,6 +99,14 @@ class Processing:
             self._drives.again(drive, reason, counts=True)
         else:
             self._drives.end(drive, FAILED, reason=reason)
+
+    def _end_estimated(self, drive: Drive, summary: Mapping[str, Any]) -> None:
+        """End a drive that has a result, which failed where the run is no success."""
+        failures = " ".join(summary["failures"])
+        if failures:
+            logger.warning("drive %s failed: %s", drive.id, failures)
+        known = {"summary": json.dumps(summary), "reason": failures or None}
+        self._drives.end(drive, FAILED if failures else DONE, **known)
 
 
 def summary_of(result: Path) -> dict[str, Any]:

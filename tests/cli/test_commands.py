@@ -158,9 +158,11 @@ def test_a_log_of_no_length_is_no_success(run, drive: Path) -> None:
     outcome = run(
         "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf", "-q",
         "--out", drive / "moment", "--from", "1", "--to", "1.01", "--initial-pose", "1,0,0",
+        "--world", drive / "moment.db",
     )  # fmt: skip
     assert outcome.code == 3
     assert "error: The log has no duration" in outcome.err
+    assert "learnt nothing, since the result isn't reliable" in outcome.out
     assert json.loads((drive / "moment" / "run.json").read_text())["success"] is False
 
 

@@ -38,7 +38,8 @@ def test_estimate_says_what_a_world_knew_and_learnt(run, drive: Path, world: Pat
     assert "knew 0 objects when the log began; it has this log already" in again.out
     told = json.loads((drive / "again" / "run.json").read_text())["world"]
     assert told == {
-        "location": str(world), "known": 0, "added": 0, "had_the_log": True, "hung": 0,
+        "location": str(world), "known": 0, "added": 0, "had_the_log": True,
+        "unreliable": False, "hung": 0,
         "contradicts": False, "surveyed": 0,
     }  # fmt: skip
     first = json.loads((drive / "taught" / "run.json").read_text())["world"]

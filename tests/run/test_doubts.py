@@ -17,6 +17,7 @@ from objstate.estimator import Estimator
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
+from objstate.world.store import open_store
 
 ROOT = Path(__file__).resolve().parents[2]
 SECOND = 10**9
@@ -92,6 +93,7 @@ def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
         ROOT / "models" / "hotel" / "hotel.urdf",
         tmp_path / "out",
         told,
+        world=tmp_path / "world.db",
     )
     assert result.warnings[0] == result.failures[0]
     assert "is it a log of this building" in result.failures[0]
@@ -99,3 +101,6 @@ def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
     assert summary["success"] is False
     assert summary["failures"] == list(result.failures)
     assert summary["lost_share"] == result.lost_share > 0.5
+    assert (summary["world"]["added"], summary["world"]["unreliable"]) == (0, True)
+    store = open_store(tmp_path / "world.db")
+    assert (store.drives(), store.statics(), store.surveys()) == ([], {}, [])

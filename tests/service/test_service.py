@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from objstate.cli import main
-from tests.service.conftest import Serve, Service
+from tests.service.conftest import ROOT, Serve, Service
 
 
 def test_a_drive_teaches_the_world_and_planners_ask(taught: Service) -> None:
@@ -140,6 +140,16 @@ def test_a_damaged_log_fails_with_its_reason_and_the_next_goes_on(
     good = blank.ask("/v1/drives", hall[1].read_bytes()).json["id"]
     assert blank.until(damaged, "failed")["reason"]
     assert blank.until(good, "done", "failed")["state"] == "done"
+
+
+def test_a_drive_whose_result_is_not_reliable_fails_and_teaches_nothing(serve: Serve) -> None:
+    service = serve()
+    sent = service.ask("/v1/drives", (ROOT / "logs" / "corridor.mcap").read_bytes())
+    drive = service.until(sent.json["id"], "done", "failed")
+    assert drive["state"] == "failed"
+    assert drive["reason"] == " ".join(drive["summary"]["failures"])
+    assert "is it a log of this building" in drive["reason"]
+    assert service.ask("/v1/objects/door/history").json["history"] == []
 
 
 def test_no_acknowledged_drive_is_lost_by_a_kill(
