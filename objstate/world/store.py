@@ -78,8 +78,11 @@ class WorldStore:
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was. Raises WorldError."""
         with self._database.reading() as connection:
-            latest = connection.execute(select(func.max(BELIEFS.c.stamp_ns))).scalar()
-        return None if latest is None else int(latest)
+            latest = [
+                connection.execute(select(func.max(table.c.stamp_ns))).scalar()
+                for table in (BELIEFS, FLOORS)
+            ]
+        return max((int(each) for each in latest if each is not None), default=None)
 
     def check(self, building: Building) -> None:
         """Raises WorldError where the world is of another building."""

@@ -14,6 +14,7 @@ from objstate.grid import Layout
 from objstate.objects import filter_for
 from objstate.particles import Weights
 from objstate.recording.grids import GRID_MAP, write_map
+from objstate.world.floor import FloorMemory
 from objstate.world.store import DriveEntry, open_store
 from tests.cli.conftest import Run
 from tests.cli.test_commands import ROOM
@@ -192,6 +193,25 @@ def test_the_paper_is_repeated(run: Run) -> None:
     assert done.code == 0, done.err
     assert "fixed path" in done.out
     assert "actions of the benchmark: 263" in done.out
+
+
+def test_a_head_counts_what_a_drive_saw_after_its_last_look_at_an_object(
+    place: Path, run: Run, tmp_path: Path
+) -> None:
+    layout = Layout.around(np.array([[-3.0, -3.0], [7.0, 5.0]]), 0.05)
+    free, sure = np.zeros(layout.shape, np.uint8), np.full(layout.shape, 255, np.uint8)
+    seen = FloorMemory(layout, HOUR, 1000.0, free, sure)
+    building = load_building(place / "room.urdf")
+    belief = filter_for(building["office_door"], Settings()).prior(np.random.default_rng(0))
+    store = open_store(tmp_path / "world.db", building)
+    store.add(DriveEntry("drive", 0, HOUR), [replace(belief, stamp_ns=HOUR - 10**9)], seen)
+    head = ["--head", "head:view=60,range=5", "--json"]
+
+    def most_of_the_floor(folder: Path) -> float:
+        done = run(*asked(folder, "--building", place / "room.urdf", *head))
+        return max(each["parts"].get("floor", 0.0) for each in json.loads(done.out)["gazes"])
+
+    assert most_of_the_floor(tmp_path) < 0.1 * most_of_the_floor(place)
 
 
 def test_a_head_is_told_where_to_turn(place: Path, run: Run, tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_a_world_in_a_database_keeps_what_drives_left(place: str) -> None:
     assert not store.add(DriveEntry("one", 0, SECOND), [], left(SECOND))
     world = open_store(place).load()
     assert len(world.floors) == 1
-    assert world.latest_ns == SECOND
+    assert world.latest_ns == store.latest_ns() == SECOND
     assert world.occupied(AROUND).unlisted > 0.9
     assert not store.load(without="one").floors
     assert not store.load(until_ns=0).floors
