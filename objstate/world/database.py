@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import ssl
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ SWITCH_AGAIN_S = 0.01  # between attempts to switch a new file to write-ahead
 LOCK_CLASS = crc32(b"objstate") >> 1  # of PostgreSQL's advisory locks: which program's it is
 BUSY = ("database is locked", "lock timeout", "55P03")  # how either database says so
 READ_ONLY = "readonly database"  # how SQLite says so
+NO_DATABASE = "3D000"  # how PostgreSQL says so
 NO_WORLD = ("file is not a database", "malformed")
 
 
@@ -90,7 +92,7 @@ class Database:
         try:
             yield
         except DBAPIError as error:
-            raise self._in_words(str(error.orig)) from error
+            raise self._in_words(_reason(error.orig)) from error
         except OSError as error:  # pg8000 lets a broken connection through
             raise self._in_words(str(error)) from error
 
@@ -107,7 +109,18 @@ class Database:
                 f"The world {self.location}, or its folder, is read-only, and SQLite writes beside "
                 "it even to read it; copy it into a folder that can be written."
             )
+        if NO_DATABASE in reason:
+            return WorldError(
+                f"The server of the world {self.location} has no database "
+                f"'{self.location.url.database}'; make it with createdb, or give another."
+            )
         return WorldError(f"Can't use the world {self.location}: {reason}")
+
+
+def _reason(error: BaseException | None) -> str:
+    """What a driver says: of PostgreSQL's error fields the message and the code."""
+    told = error.args[0] if error is not None and error.args else None
+    return f"{told['M']} ({told['C']})" if isinstance(told, dict) else str(error)
 
 
 def _sqlite(location: Location, wait_s: float) -> Engine:
@@ -129,5 +142,24 @@ def _sqlite(location: Location, wait_s: float) -> Engine:
 def _postgresql(location: Location) -> Engine:
     schemas: dict[str | None, str | None] = {None: location.schema}
     return create_engine(
-        location.url, poolclass=NullPool, execution_options={"schema_translate_map": schemas}
+        location.url,
+        poolclass=NullPool,
+        connect_args={} if location.sslmode is None else {"ssl_context": _ssl_context(location)},
+        execution_options={"schema_translate_map": schemas},
     )
+
+
+def _ssl_context(location: Location) -> ssl.SSLContext | bool | None:
+    """pg8000's word for an sslmode. Raises WorldError where the certificates can't be read."""
+    if location.sslmode in ("allow", "prefer"):
+        return None
+    if location.sslmode in ("disable", "require"):
+        return location.sslmode == "require"
+    try:
+        context = ssl.create_default_context(cafile=location.sslrootcert)
+    except OSError as error:
+        raise WorldError(
+            f"Can't read the certificates of the world {location}: {error}; check sslrootcert."
+        ) from error
+    context.check_hostname = location.sslmode == "verify-full"
+    return context

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,11 @@ from sqlalchemy.exc import ArgumentError
 from objstate.errors import WorldError
 
 FORMS = "a file, or postgresql://USER:PASSWORD@HOST/DATABASE?schema=NAME"
-DRIVERS = {"postgresql": "postgresql+pg8000", "postgres": "postgresql+pg8000"}  # if none is named
+PG8000 = "postgresql+pg8000"
+DRIVERS = {"postgresql": PG8000, "postgres": PG8000}  # if none is named
+OF_LOCATION = ("schema", "sslmode", "sslrootcert")  # parameters of a URL that pg8000 doesn't know
+OF_PG8000 = ("application_name", "unix_sock")  # and those that it does
+SSL_MODES = ("disable", "allow", "prefer", "require", "verify-ca", "verify-full")  # as of libpq
 
 
 @dataclass(frozen=True)
@@ -20,6 +25,8 @@ class Location:
 
     url: URL
     schema: str | None = None  # of PostgreSQL: several worlds may share a database
+    sslmode: str | None = None  # of ``SSL_MODES``; by default prefer, as of libpq
+    sslrootcert: str | None = None  # a file of certificates to verify the server by
 
     @property
     def file(self) -> Path | None:
@@ -29,7 +36,7 @@ class Location:
     def __str__(self) -> str:
         if self.file is not None:
             return str(self.file)
-        query = {} if self.schema is None else {"schema": self.schema}
+        query = {name: value for name in OF_LOCATION if (value := getattr(self, name)) is not None}
         shown = self.url.set(drivername="postgresql").update_query_dict(query)
         return shown.render_as_string(hide_password=True)
 
@@ -50,7 +57,37 @@ def parse_location(text: str | Path) -> Location:
             f"The world '{url.render_as_string(hide_password=True)}' is in no database that "
             f"objstate knows; give {FORMS}."
         )
-    schema = url.query.get("schema")
-    if isinstance(schema, tuple):
-        raise WorldError("The world's URL names more than one schema; give one.")
-    return Location(url.difference_update_query(["schema"]), schema)
+    told = _parameters(url)
+    if url.drivername == PG8000 and url.username is None:
+        url = url.set(username=_user(url))
+    return Location(url.difference_update_query(OF_LOCATION), *map(told.get, OF_LOCATION))
+
+
+def _parameters(url: URL) -> dict[str, str]:
+    """The parameters of a URL. Raises WorldError for one that is unknown, or given twice."""
+    told = {}
+    known = (*OF_LOCATION, *OF_PG8000)
+    for name, value in url.query.items():
+        if name not in known and url.drivername == PG8000:
+            raise WorldError(
+                f"The world's URL has the unknown parameter '{name}'; known are {', '.join(known)}."
+            )
+        if isinstance(value, tuple):
+            raise WorldError(f"The world's URL names more than one {name}; give one.")
+        told[name] = value
+    if told.get("sslmode", SSL_MODES[0]) not in SSL_MODES:
+        raise WorldError(
+            f"The world's URL has the unknown sslmode '{told['sslmode']}'; give one of "
+            f"{', '.join(SSL_MODES)}."
+        )
+    return told
+
+
+def _user(url: URL) -> str:
+    """The user of the operating system, the default as of libpq. Raises WorldError."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError) as error:  # the user has no name here, as in some containers
+        raise WorldError(
+            f"The world '{url.render_as_string(hide_password=True)}' names no user; give {FORMS}."
+        ) from error

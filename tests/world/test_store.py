@@ -1,5 +1,6 @@
 """A world in a database: what was added comes back, whole or not at all, on both databases."""
 
+import getpass
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sqlalchemy import Executable
+from sqlalchemy.engine import make_url
 
 from objstate.building.model import Building
 from objstate.config import Dynamics, ObjectRule, Settings
@@ -18,6 +20,7 @@ from objstate.world.database import Database
 from objstate.world.location import parse_location
 from objstate.world.store import DriveEntry, open_store
 from tests.rooms import door, enclosure
+from tests.world.conftest import reachable_server
 from tests.world.examples import BUILDING, HOUR, OBJECTS, SECOND, at_angle, desk_at
 
 MONDAY = DriveEntry("monday", 1 * HOUR, 2 * HOUR)
@@ -175,6 +178,36 @@ def test_what_is_no_world_is_refused_and_left_alone(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match=r"no world at .*; make one with"):
         open_store(tmp_path / "missing.db")
     assert not (tmp_path / "missing.db").exists()
+
+
+def test_the_parameters_of_a_url_are_those_of_libpq_or_refused() -> None:
+    url = reachable_server()
+    for more in ("sslmode=disable", "sslmode=prefer", "application_name=test"):
+        with Database(parse_location(f"{url}?{more}")).reading():
+            pass
+    with (
+        pytest.raises(WorldError, match="refuses SSL"),
+        Database(parse_location(f"{url}?sslmode=require")).reading(),
+    ):
+        pass
+    assert parse_location("postgresql:///root?schema=x").url.username == getpass.getuser()
+    shown = "postgresql://me@h/db?schema=s&sslmode=verify-full&sslrootcert=ca.pem"
+    assert str(parse_location(shown)) == shown
+    for wrong, said in (
+        ("sslmod=disable", "unknown parameter 'sslmod'; known are schema, sslmode"),
+        ("sslmode=on", "unknown sslmode 'on'; give one of disable"),
+        ("schema=a&schema=b", "more than one schema"),
+    ):
+        with pytest.raises(WorldError, match=said):
+            parse_location(f"{url}?{wrong}")
+    with pytest.raises(WorldError, match="check sslrootcert"):
+        Database(parse_location(f"{url}?sslmode=verify-full&sslrootcert=/missing.pem"))
+
+
+def test_an_unknown_database_is_told_in_words() -> None:
+    url = make_url(reachable_server()).set(database="nothing_here")
+    with pytest.raises(WorldError, match=r"no database 'nothing_here'; make it with createdb"):
+        open_store(url.render_as_string(hide_password=False), BUILDING)
 
 
 def test_a_place_that_cannot_be_reached_is_told_without_the_password() -> None:
