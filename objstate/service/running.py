@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import multiprocessing
 import os
 import pickle
+import signal
 import socket
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -62,7 +65,16 @@ def run_service(options: ServiceOptions, on_ready: Callable[[str, str | None], N
 
 def app_of_worker() -> Starlette:
     """The app of one of several processes, which its parent told by the environment."""
+    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     return service_app(Parts(pickle.loads(base64.b64decode(os.environ[OPTIONS]))))
+
+
+def _end_with_parent() -> None:
+    """Wait for the parent's end, however it comes, and end this process as the parent would."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # a worker has one
+    parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _listening(options: ServiceOptions) -> socket.socket:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import time
+import urllib.error
 from pathlib import Path
+
+import pytest
 
 from tests.service.conftest import PATIENCE_S, Serve, Service
 from tests.service.test_live import records_of, until
@@ -50,6 +53,28 @@ def test_all_processes_know_what_robots_learn_and_survive_the_leader(
     (drive,) = drives
     assert drive["robot"] == "r1"
     assert service.until(str(drive["id"]), "done", "failed")["state"] == "done"
+
+
+def test_workers_end_when_their_parent_is_killed(serve: Serve) -> None:
+    service = serve(None, "--workers", "2")
+    assert service.ask("/health").status == 200
+    workers = workers_of(service)
+    os.kill(service._process.pid, signal.SIGKILL)
+    deadline = time.monotonic() + 10.0
+    while any(_runs(worker) for worker in workers) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(_runs(worker) for worker in workers)
+    with pytest.raises(urllib.error.URLError):
+        service.ask("/health")
+
+
+def _runs(process: int) -> bool:
+    """Whether a process goes on; one that nobody waited for (Z) doesn't."""
+    try:
+        status = Path(f"/proc/{process}/stat").read_text()
+    except FileNotFoundError:
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"
 
 
 def _leads(process: int, data: Path) -> bool:
