@@ -123,6 +123,7 @@ def _of(parts: Parts, operation: Operation, forwarding: Forwarding) -> Handler:
             return await forwarding.answer(request)
         token = await parts.gate.admit(request, operation.role)
         check_query(request, {each.name for each in operation.query})
+        await parts.follow()
         return await operation.answer(parts, request, token)
 
     return answer

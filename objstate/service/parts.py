@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 from sqlalchemy import func, select
@@ -27,6 +28,7 @@ from objstate.service.processing import Processing
 from objstate.service.questions import Questions
 from objstate.service.requests import Gate
 from objstate.service.tables import DRIVES, deletion, make_tables
+from objstate.service.taught import Taught
 from objstate.service.tokens import Tokens
 from objstate.service.uploads import Uploads
 from objstate.service.watching import Watch
@@ -57,7 +59,9 @@ class Parts:
         self.believed = Believed(self.database, store, building, settings)
         self.questions = Questions(self.believed)
         self.advice = Advice(building, settings, self.believed)
-        self.desk = EvidenceDesk(self.database, store, self.believed, settings, self.refresh)
+        self.desk = EvidenceDesk(
+            self.database, store, self.believed, settings, self.refresh, self.note_taught
+        )
         self.drives = Drives(self.database, options.data)
         context = Context(
             options.building.absolute(),
@@ -67,7 +71,7 @@ class Parts:
             options.scenes,
         )
         self.processing = Processing(
-            self.drives, context, options.time_limit_s, self.note_drive, self.refresh
+            self.drives, context, options.time_limit_s, self.note_drive, self.note_taught
         )
         self.metrics = Metrics()
         self.listeners = 0
@@ -86,6 +90,7 @@ class Parts:
         self.links = [Link(where, self.robots) for where in options.robots]
         self.foxglove: FoxgloveServer | None = None
         self.leadership = Leadership(options.data)
+        self._taught, self._followed = Taught(options.data), -1
 
     def lead(self) -> None:
         """Begin what one process of the service does: estimate, watch places, follow robots."""
@@ -152,6 +157,18 @@ class Parts:
                 self.believed.forget(self._ended_live.pop(drive.id))
         self.events.add(("drive", drive.words()))
 
+    async def follow(self) -> None:
+        """Take in what any process of the service has acknowledged. Raises WorldError."""
+        count = self._taught.count
+        if count != self._followed:
+            await asyncio.to_thread(self.refresh)
+            self._followed = count
+
+    def note_taught(self) -> None:
+        """Let every process of the service answer by what this one taught the world."""
+        self.refresh()
+        self._taught.note()
+
     def refresh(self) -> None:
         """Look whether the world was taught, and tell who listens what is believed now."""
         before = self.believed.now.world
@@ -180,6 +197,7 @@ class Parts:
         count = select(func.count()).select_from(BELIEFS).where(BELIEFS.c.object == name)
         self.store.forget(name, [deletion(token, "history", name, count.scalar_subquery())])
         self.believed.refresh()
+        self._taught.note()
         self.events.add(("deleted", {"object": name}))
 
     def end(self) -> None:

@@ -7,6 +7,7 @@ import signal
 import time
 import urllib.error
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,7 +21,7 @@ def workers_of(service: Service) -> list[int]:
     return [int(each) for each in told.split()]
 
 
-def asked_often(service: Service, path: str) -> list[object]:
+def asked_often(service: Service, path: str) -> list[Any]:
     return [service.ask(path).json for _ in range(12)]
 
 
@@ -53,6 +54,17 @@ def test_all_processes_know_what_robots_learn_and_survive_the_leader(
     (drive,) = drives
     assert drive["robot"] == "r1"
     assert service.until(str(drive["id"]), "done", "failed")["state"] == "done"
+
+
+def test_no_answer_is_older_than_what_was_acknowledged(serve: Serve) -> None:
+    service = serve(None, "--workers", "3")
+    for number in range(6):
+        report = {"source": "contact", "state": ("open", "closed")[number % 2], "reliability": 0.9}
+        learnt = service.ask("/v1/objects/door/evidence", report).json["last_observed_ns"]
+        told = asked_often(service, "/v1/objects/door")
+        assert {each["last_observed_ns"] for each in told} == {learnt}
+    service.ask("/v1/objects/door/history", method="DELETE")
+    assert {each["last_observed_ns"] for each in asked_often(service, "/v1/objects/door")} == {None}
 
 
 def test_workers_end_when_their_parent_is_killed(serve: Serve) -> None:
