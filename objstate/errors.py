@@ -54,6 +54,10 @@ class WorldError(ObjstateError):
     """A world can't be opened or written, is of another building, or has no such object."""
 
 
+class QueryError(WorldError):
+    """A question about a world has no answer, as of an unknown object or a width below zero."""
+
+
 class GridError(ObjstateError):
     """An occupancy grid can't be laid out, drawn into or merged as asked."""
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
+from objstate.errors import QueryError
 from objstate.geometry import BoolArray, FloatArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.footprint import footprint
@@ -59,7 +60,7 @@ class Distribution:
     def interval(self, share: float = CENTRAL) -> tuple[float, float]:
         """Lower and upper bound of the central ``share``.
 
-        Raises ValueError as ``checked_share`` does.
+        Raises QueryError as ``checked_share`` does.
         """
         share = checked_share(share)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
@@ -173,7 +174,7 @@ class ObjectBelief:
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
 
-        A direction's bounds lie around its mean and may pass pi. Raises ValueError for a share
+        A direction's bounds lie around its mean and may pass pi. Raises QueryError for a share
         that isn't above 0 and at most 1.
         """
         if share == CENTRAL:
@@ -259,20 +260,16 @@ class ObjectBelief:
         """Probability that a passage of ``width`` m is free at a door.
 
         A robot that isn't round gives its ``length`` m too (see ``passage.clear_widths``).
-        Raises BuildingError for furniture, ValueError for a width or a length that no robot has.
+        Raises BuildingError for furniture, QueryError as ``check_robot`` does.
         """
-        if not (0.0 <= width <= LARGEST and 0.0 <= length <= LARGEST):
-            raise ValueError(
-                f"a width of {width} m and a length of {length} m must be between 0 and "
-                f"{LARGEST:g} m; give metres"
-            )
+        check_robot(width, length)
         passage = self.clear_width if length == 0.0 else self.clear_width_for(length)
         return passage.probability_above(width)
 
     def footprint(self, probability: float = CENTRAL) -> FloatArray:
         """Convex polygon (k, 2) m, counter-clockwise, that holds the object with a probability.
 
-        Of furniture it is conditioned on its being there (``presence``). Raises ValueError for a
+        Of furniture it is conditioned on its being there (``presence``). Raises QueryError for a
         probability that isn't above 0 and at most 1.
         """
         return footprint(self.item, self._most_central(probability))
@@ -367,10 +364,19 @@ class ObjectBelief:
 
 
 def checked_share(share: float) -> float:
-    """A probability. Raises ValueError where it isn't above 0 and at most 1."""
+    """A probability. Raises QueryError where it isn't above 0 and at most 1."""
     if not 0.0 < share <= 1.0:
-        raise ValueError(f"a probability of {share} must be above 0 and at most 1")
+        raise QueryError(f"A probability of {share} must be above 0 and at most 1.")
     return share
+
+
+def check_robot(width: float, length: float = 0.0) -> None:
+    """Raises QueryError for a width or a length, m, that no robot has."""
+    if not (0.0 <= width <= LARGEST and 0.0 <= length <= LARGEST):
+        raise QueryError(
+            f"A width of {width} m and a length of {length} m must be between 0 and {LARGEST:g} m; "
+            "give metres."
+        )
 
 
 def _tails(share: float) -> tuple[float, float]:

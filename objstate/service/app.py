@@ -16,7 +16,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from objstate.errors import ObjstateError, OutageError, WorldError
+from objstate.errors import ObjstateError, OutageError, QueryError, WorldError
 from objstate.outages import outage_of
 from objstate.service.forwarding import Forwarding
 from objstate.service.metrics import MEDIA
@@ -140,6 +140,8 @@ def _watched(parts: Parts, route: str, handler: Handler) -> Handler:
             response = problem.response(request.url.path)
         except ClientDisconnect:
             response = Response(status_code=400)
+        except QueryError as error:
+            response = Problem(422, str(error), "See /openapi.json.").response(request.url.path)
         except WorldError as error:
             response = Problem(503, str(error), "Try again.").response(request.url.path)
         except OutageError as error:

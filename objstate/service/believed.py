@@ -16,7 +16,7 @@ from objstate.world.codec import pack_belief, unpack_belief
 from objstate.world.database import Database
 from objstate.world.schema import DRIVES, OBJECTS
 from objstate.world.store import WorldStore
-from objstate.world.world import Snapshot, World
+from objstate.world.world import Snapshot, World, checked_stamp
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,12 @@ class Believed:
             return self._known
 
     def at(self, stamp_ns: int, name: str | None = None) -> Snapshot:
-        """What is believed at a moment, of one object or of all. What is past is read anew."""
+        """What is believed at a moment, of one object or of all. What is past is read anew.
+
+        Raises QueryError for a moment that is none, WorldError.
+        """
         known = self._known
+        stamp_ns = checked_stamp(stamp_ns, known.latest_ns)
         if stamp_ns < known.latest_ns:
             names = known.world.objects if name is None else [name]
             return self._store.then(known.world, stamp_ns, names).at(stamp_ns)

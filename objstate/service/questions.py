@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from objstate.building.model import Kind
-from objstate.errors import WorldError
 from objstate.objects import ObjectBelief
 from objstate.service.believed import Believed, known_object
 from objstate.service.moments import words_of
@@ -104,8 +102,7 @@ class Questions:
         if asked.arrivals is None:
             when = _when(asked.at)
             snapshot = self._believed.at(when)
-            with _told():
-                found = snapshot.blocked(asked.path, asked.radius)
+            found = snapshot.blocked(asked.path, asked.radius)
             chances = {each.object: each.probability for each in found.blockers}
             return self._stamped(when) | _blockage(chances)
         if asked.at is not None or len(asked.arrivals) != len(asked.path):
@@ -116,8 +113,7 @@ class Questions:
         chances = {}
         for begin, arrival in enumerate(asked.arrivals[1:]):
             snapshot = self._believed.at(arrival)
-            with _told():
-                leg = snapshot.blocked(asked.path[begin : begin + 2], asked.radius)
+            leg = snapshot.blocked(asked.path[begin : begin + 2], asked.radius)
             for each in leg.blockers:
                 chances[each.object] = max(chances.get(each.object, 0.0), each.probability)
         return self._stamped(asked.arrivals[-1]) | _blockage(chances)
@@ -127,14 +123,13 @@ class Questions:
         when = _when(asked.at)
         edges = [RouteEdge(edge.edgeid, edge.path) for edge in asked.edges]
         snapshot = self._believed.at(when)
-        with _told():
-            told = dynamic_edges(
-                snapshot,
-                edges,
-                asked.radius,
-                detour_cost=asked.detour_cost,
-                close_from=asked.close_from,
-            )
+        told = dynamic_edges(
+            snapshot,
+            edges,
+            asked.radius,
+            detour_cost=asked.detour_cost,
+            close_from=asked.close_from,
+        )
         return self._stamped(when) | told.to_dict()
 
     def modes(self, width: float, length: float, stamp_ns: int | None) -> dict[str, Any]:
@@ -167,15 +162,6 @@ class Questions:
 
     def _stamped(self, when: int) -> dict[str, Any]:
         return {"revision": self._believed.now.revision, "at_ns": when, "at": words_of(when)}
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """Turn a question that can't be answered into a problem of who asks."""
-    try:
-        yield
-    except WorldError as error:
-        raise Problem(422, str(error), "See /openapi.json.") from error
 
 
 def _when(stamp_ns: int | None) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from objstate.building.model import Kind
-from objstate.errors import WorldError
+from objstate.errors import QueryError
 from objstate.geometry import BoolArray, FloatArray, invert
 from objstate.objects import ObjectBelief
 from objstate.objects.footprint import motions, reach, silhouette
@@ -39,7 +39,7 @@ def blocked(beliefs: Mapping[str, ObjectBelief], path: ArrayLike, robot_radius: 
 
     ``path`` (n, 2) is a polyline in m, in the building's frame; the robot is a disc. Objects
     count as independent of each other, as they are estimated. Walls don't count: they are
-    the planner's map. Raises WorldError for a path or a radius that is none.
+    the planner's map. Raises QueryError for a path or a radius that is none.
     """
     points = checked_path(path, robot_radius)
     blockers = [
@@ -107,11 +107,11 @@ def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
 def checked_path(path: ArrayLike, robot_radius: float) -> FloatArray:
     points = np.asarray(path, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
-        raise WorldError("A path is a list of points (x, y), in finite metres; give at least one.")
+        raise QueryError("A path is a list of points (x, y), in finite metres; give at least one.")
     if not (np.isfinite(robot_radius) and robot_radius > 0.0):
-        raise WorldError(f"The robot's radius of {robot_radius} m must be above 0 and finite.")
+        raise QueryError(f"The robot's radius of {robot_radius} m must be above 0 and finite.")
     if robot_radius > WIDEST_ROBOT:
-        raise WorldError(
+        raise QueryError(
             f"A robot's radius of {robot_radius:g} m is wider than corridors are; give metres."
         )
     return np.concatenate([points, points]) if len(points) == 1 else points

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from objstate.building.model import Kind
-from objstate.errors import WorldError
+from objstate.errors import QueryError
 from objstate.world.changes import contradict
 from objstate.world.world import Snapshot, World
 
@@ -31,11 +31,11 @@ def door_mode(
     that probably doesn't, however far it is ajar; unknown is anything between. Moving is a door
     whose last two beliefs contradict each other, for five seconds.
 
-    Raises WorldError for an unknown object or a confidence that is none, BuildingError for
+    Raises QueryError for an unknown object or a confidence that is none, BuildingError for
     furniture.
     """
     if not 0.5 < confidence <= 1.0:
-        raise WorldError(f"A confidence of {confidence} must be above 0.5 and at most 1.")
+        raise QueryError(f"A confidence of {confidence} must be above 0.5 and at most 1.")
     clear = snapshot[name].probability_clear(width, length)
     if is_moving(snapshot.world, name, snapshot.stamp_ns):
         return DoorMode.MOVING
@@ -47,7 +47,7 @@ def door_mode(
 def door_modes(
     snapshot: Snapshot, width: float, *, length: float = 0.0, confidence: float = 0.9
 ) -> dict[str, DoorMode]:
-    """The modes of all doors by name. Raises WorldError for a confidence that is none."""
+    """The modes of all doors by name. Raises QueryError for a confidence that is none."""
     return {
         name: door_mode(snapshot, name, width, length=length, confidence=confidence)
         for name, item in snapshot.world.objects.items()

@@ -15,7 +15,7 @@ from types import EllipsisType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from objstate.errors import GridError, WorldError
+from objstate.errors import GridError, QueryError, WorldError
 from objstate.geometry import FloatArray, IntArray
 from objstate.grid import Grid, Layout, expected_occupancy
 from objstate.lazy import lazy
@@ -135,7 +135,7 @@ def occupied(
 ) -> Occupancy:
     """How probably an area is occupied at a moment: a polygon (n, 2) m, or a path of a robot's disc.
 
-    ``floors`` are in time order; the newest that knows a cell counts for it. Raises WorldError for
+    ``floors`` are in time order; the newest that knows a cell counts for it. Raises QueryError for
     an area that is none.
     """
     polygon = _polygon(area, robot_radius)
@@ -185,7 +185,7 @@ def _cells(
 
 
 def _polygon(area: ArrayLike, robot_radius: float | None) -> FloatArray:
-    """(n, 2) m corners. Raises WorldError."""
+    """(n, 2) m corners. Raises QueryError."""
     import shapely
 
     if robot_radius is not None:
@@ -194,12 +194,12 @@ def _polygon(area: ArrayLike, robot_radius: float | None) -> FloatArray:
         return np.asarray(disc.exterior.coords)[:-1]
     points = np.asarray(area, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3 or not np.isfinite(points).all():
-        raise WorldError(
+        raise QueryError(
             "An area is a polygon of three or more points (x, y), in finite metres; for a path give "
             "robot_radius."
         )
     if not shapely.Polygon(points).is_valid or shapely.Polygon(points).area == 0.0:
-        raise WorldError(
+        raise QueryError(
             "An area is a polygon whose edges don't cross and that encloses a piece of the floor."
         )
     return points

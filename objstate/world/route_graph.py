@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from objstate.errors import WorldError
+from objstate.errors import QueryError
 from objstate.geometry import FloatArray
 from objstate.world.blocking import checked_path, states_on
 from objstate.world.world import Snapshot
@@ -70,10 +70,10 @@ def dynamic_edges(
     blocks. Nav2 adds the cost to the results of its other scorers. Every request names every edge,
     since Nav2 keeps earlier requests.
 
-    Raises WorldError for a path, an edge's number, or figures that are invalid.
+    Raises QueryError for a path, an edge's number, or figures that are invalid.
     """
     if not (0.0 <= detour_cost < math.inf and 0.0 < close_from <= 1.0):
-        raise WorldError(
+        raise QueryError(
             f"A detour cost of {detour_cost} must be 0 or more, and finite, and close_from "
             f"({close_from}) above 0 and at most 1."
         )
@@ -93,15 +93,15 @@ def dynamic_edges(
 
 
 def _paths(edges: Iterable[RouteEdge], robot_radius: float) -> dict[int, FloatArray]:
-    """Paths by the numbers of their edges. Raises WorldError."""
+    """Paths by the numbers of their edges. Raises QueryError."""
     paths: dict[int, FloatArray] = {}
     for edge in edges:
         if not 0 <= edge.edgeid <= LARGEST_ID:
-            raise WorldError(
+            raise QueryError(
                 f"Nav2 can't have an edge {edge.edgeid}; number from 0 to {LARGEST_ID}."
             )
         if edge.edgeid in paths:
-            raise WorldError(f"Two edges have the number {edge.edgeid}; give each its own.")
+            raise QueryError(f"Two edges have the number {edge.edgeid}; give each its own.")
         paths[edge.edgeid] = checked_path(edge.path, robot_radius)
     return paths
 

@@ -103,7 +103,8 @@ class WorldStore:
         Args:
             settings: the dynamics to predict with; by default those of the latest drive.
             objects: the building's, by default as the world remembers them.
-            since_ns: leave out what was known only before; answers from there on stay the same.
+            since_ns: leave out what was known only before; answers from there on stay the same,
+                earlier moments are refused.
             until_ns: only what was learnt up to there.
             without: leave out what the drive of this digest taught.
             newest: read each object's last belief now, and the others of an object when they are
@@ -127,7 +128,8 @@ class WorldStore:
             for name, stamp_ns, last_observed_ns, packed in rows
         )
         floors = tuple(KeptFloor(*row) for row in left)
-        return World.of(items, chosen, beliefs).beside(floors, learnt.doors, learnt.pieces)
+        world = World(items, chosen, {}, since_ns=since_ns).with_beliefs(beliefs)
+        return world.beside(floors, learnt.doors, learnt.pieces)
 
     def later(self, world: World, after: int) -> World:
         """A world that knows the drives up to a number, with what later ones taught.

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objstate.errors import WorldError
+from objstate.errors import QueryError
 from objstate.geometry import BoolArray, FloatArray
 from objstate.habits.passage import waiting
 from objstate.habits.regions import region_of
+from objstate.objects.belief import check_robot
 from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.units import SECONDS_PER_HOUR
@@ -20,6 +21,7 @@ from objstate.world.world import World
 
 STEP_S = 300.0  # between the moments that are asked for
 MOST_MOMENTS = 2100  # a week of such steps, and some
+LONGEST_S = 7 * 86_400.0  # of a way from door to door
 NEARLY = 0.01  # departures whose probability is less below the best one's are as good
 
 
@@ -50,9 +52,10 @@ class Departure:
 
 
 def passable(world: World, name: str, width: float, stamps_ns: Sequence[int]) -> FloatArray:
-    """(n,) how probably a robot of a width, m, may pass a door at moments. Raises WorldError."""
+    """(n,) how probably a robot of a width, m, may pass a door at moments. Raises QueryError."""
     _check_door(world, name)
-    return np.array([world.belief(name, stamp).probability_clear(width) for stamp in stamps_ns])
+    moments = [world.moment(stamp) for stamp in stamps_ns]
+    return np.array([world.belief(name, stamp).probability_clear(width) for stamp in moments])
 
 
 def spans(
@@ -65,9 +68,9 @@ def spans(
 ) -> tuple[Span, ...]:
     """When, within ``horizon_s`` from a moment, a door may be passed with at least ``probability``.
 
-    In steps of five minutes. Raises WorldError for an unknown door, or a horizon that is none.
+    In steps of five minutes. Raises QueryError for an unknown door, or a horizon that is none.
     """
-    stamps = _moments(begin_ns, horizon_s)
+    stamps = _moments(world, begin_ns, horizon_s)
     chances = passable(world, name, width, stamps)
     out, since = [], None
     for i, good in enumerate([*(chances >= probability), False]):
@@ -84,10 +87,11 @@ def wait(world: World, name: str, width: float, stamp_ns: int, horizon_s: float)
     """How long a robot that stands before a door from a moment on waits until it may pass.
 
     Needs the door's habits; without, a door is moved at the rate that the settings have.
-    Raises WorldError for an unknown door, or a horizon that is none.
+    Raises QueryError for an unknown door, or a width or a horizon that is none.
     """
     _check_door(world, name)
-    _moments(stamp_ns, horizon_s)
+    check_robot(width)
+    _moments(world, stamp_ns, horizon_s)
     belief, habits = world.belief(name, stamp_ns), world.habits_of(name)
     filter_ = world.filter_of(name)
     if habits is None or not isinstance(filter_, LatticeFilter):
@@ -109,9 +113,15 @@ def best_departure(
     """The earliest moment to set off that is as good as any within ``horizon_s``, for a route.
 
     ``doors`` are those on the way, each with the seconds from the departure at which it is
-    reached. They count as independent. Raises WorldError.
+    reached. They count as independent. Raises QueryError.
     """
-    stamps = _moments(begin_ns, horizon_s)
+    for name, seconds in doors:
+        if not 0.0 <= seconds <= LONGEST_S:
+            raise QueryError(
+                f"'{name}' can't be reached {seconds} s after the departure; give 0 to "
+                f"{LONGEST_S:g} s."
+            )
+    stamps = _moments(world, begin_ns, horizon_s)
     chance = np.ones(len(stamps))
     for name, seconds in doors:
         later = [stamp + round(seconds * NANOSECONDS) for stamp in stamps]
@@ -120,19 +130,21 @@ def best_departure(
     return Departure(stamps[best], float(chance[best]))
 
 
-def _moments(begin_ns: int, horizon_s: float) -> list[int]:
+def _moments(world: World, begin_ns: int, horizon_s: float) -> list[int]:
+    """Stamps in steps from a moment to the horizon. Raises QueryError."""
+    begin_ns = world.moment(begin_ns)
     if not 0.0 <= horizon_s < math.inf:
-        raise WorldError(f"A horizon of {horizon_s} s must be 0 or more, and finite.")
+        raise QueryError(f"A horizon of {horizon_s} s must be 0 or more, and finite.")
     count = math.ceil(horizon_s / STEP_S)
     if count >= MOST_MOMENTS:
-        raise WorldError(f"A horizon of {horizon_s / 86400:g} days is too far; ask for a week.")
+        raise QueryError(f"A horizon of {horizon_s / 86400:g} days is too far; ask for a week.")
     steps = np.minimum(np.arange(count + 1) * STEP_S, horizon_s)
     return [begin_ns + round(step * NANOSECONDS) for step in steps.tolist()]
 
 
 def _check_door(world: World, name: str) -> None:
     if not isinstance(world.filter_of(name), LatticeFilter):
-        raise WorldError(f"'{name}' is no door; give one of those of the building.")
+        raise QueryError(f"'{name}' is no door; give one of those of the building.")
 
 
 def _clear_regions(world: World, name: str, width: float, region: np.ndarray) -> BoolArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
-from objstate.errors import WorldError
+from objstate.errors import QueryError, WorldError
 from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
@@ -30,6 +31,7 @@ from objstate.world.habitual import carried, has_habits, state_of
 from objstate.world.lately import Lately
 from objstate.world.moving import has_moves, moved_on
 
+FARTHEST_NS = 2**62  # from 1970, the year 2116; sums of stamps and times stay within 64 bits
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 
@@ -49,6 +51,7 @@ class World:
     floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
     habits: DoorHabits | None = field(default=None, repr=False)  # None: nobody learnt any
     pieces: PieceHabits | None = field(default=None, repr=False)  # habits of furniture
+    since_ns: int | None = None  # what was known only before is left out; None: nothing is
 
     @staticmethod
     def of(
@@ -90,11 +93,12 @@ class World:
 
     def only(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world with these beliefs alone, as if nothing else had been learnt."""
-        return self._with(histories={}).with_beliefs(beliefs)
+        return self._with(histories={}, since_ns=None).with_beliefs(beliefs)
 
     def newest(self) -> World:
         """The world with each object's last belief: what answers from its latest moment on need."""
-        return self._with(histories={name: past[-1:] for name, past in self.histories.items()})
+        last = {name: past[-1:] for name, past in self.histories.items()}
+        return self._with(histories=last, since_ns=self.latest_ns)
 
     def _with(self, **fields: Any) -> World:
         later = replace(self, **fields)
@@ -122,24 +126,33 @@ class World:
 
         An earlier moment is answered with what was known then, a later one by prediction. Beliefs
         of drives that go on, which the world doesn't have yet, may be given as ``newer``, by name.
-        Raises WorldError for a stamp in seconds.
+        Raises QueryError as ``moment`` does.
+        """
+        return Snapshot(self, self.moment(stamp_ns), newer or {})
+
+    def moment(self, stamp_ns: int | None = None) -> int:
+        """A moment to ask for, by default the latest at which anything was learnt.
+
+        Raises QueryError for a stamp that is no whole number, too far away, in seconds, or before
+        what the world was loaded with.
         """
         latest_ns = self.latest_ns or 0
-        stamp_ns = latest_ns if stamp_ns is None else stamp_ns
-        calendar_ns = CALENDAR_FROM * NANOSECONDS
-        if 0 < stamp_ns < calendar_ns <= latest_ns:
-            raise WorldError(
-                f"A stamp of {stamp_ns} ns is {stamp_ns / NANOSECONDS:g} s after 1970; stamps are "
-                "in nanoseconds."
+        if stamp_ns is None:
+            return latest_ns
+        stamp_ns = checked_stamp(stamp_ns, latest_ns)
+        if self.since_ns is not None and stamp_ns < self.since_ns:
+            raise QueryError(
+                f"The world was loaded with what answers from {self.since_ns} ns on need, not from "
+                f"{stamp_ns} ns; load it with that as since_ns, or without since_ns."
             )
-        return Snapshot(self, stamp_ns, newer or {})
+        return stamp_ns
 
     def history(self, name: str) -> tuple[ObjectBelief, ...]:
-        """What was learnt of an object, in time order. Raises WorldError for an unknown one."""
+        """What was learnt of an object, in time order. Raises QueryError for an unknown one."""
         return self.histories.get(self._known(name), ())
 
     def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
-        """What of it was learnt by a moment. Raises WorldError for an unknown object."""
+        """What of it was learnt by a moment. Raises QueryError for an unknown object."""
         return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
 
     def blocked(
@@ -158,18 +171,18 @@ class World:
         """What a task wants verified within so many seconds if nobody looks, the soonest first.
 
         A planner may sleep until the first of them. The moment is by default the latest at
-        which anything was learnt. Raises WorldError for a horizon that is none.
+        which anything was learnt. Raises QueryError for a horizon that is none, and as ``moment``.
         """
         if not 0.0 <= horizon_s < math.inf:
-            raise WorldError(f"A horizon of {horizon_s} s must be 0 or more, and finite.")
-        return due(self, task, horizon_s, self.latest_ns or 0 if stamp_ns is None else stamp_ns)
+            raise QueryError(f"A horizon of {horizon_s} s must be 0 or more, and finite.")
+        return due(self, task, horizon_s, self.moment(stamp_ns))
 
     def filter_of(self, name: str) -> ObjectFilter:
-        """The filter by which an object is predicted. Raises WorldError for an unknown one."""
+        """The filter by which an object is predicted. Raises QueryError for an unknown one."""
         return self._filters[self._known(name)]
 
     def belief(self, name: str, stamp_ns: int, newer: ObjectBelief | None = None) -> ObjectBelief:
-        """What is believed of one object at a moment. Raises WorldError for an unknown one.
+        """What is believed of one object at a moment. Raises QueryError for an unknown one.
 
         The same world, object and moment give the same samples. A ``newer`` belief takes the place
         of those before it.
@@ -197,7 +210,7 @@ class World:
     def probability_moved(self, name: str, stamp_ns: int) -> float | None:
         """How probably somebody has moved an object since it was last seen; None where it never was.
 
-        Raises WorldError for an unknown object.
+        Raises QueryError for an unknown object.
         """
         past = self.history_until(name, stamp_ns)
         if not past or past[-1].last_observed_ns is None:
@@ -216,7 +229,7 @@ class World:
     def habits_of(self, name: str) -> DoorHabits | None:
         """The habits by which a door is predicted; None where the settings serve.
 
-        Raises WorldError for an unknown object.
+        Raises QueryError for an unknown object.
         """
         knows = self.habits is not None and self._known(name) in self.habits
         return self.habits if knows and has_habits(self._filters[name]) else None
@@ -260,7 +273,7 @@ class World:
         if name not in self.objects:
             names = sorted(self.objects)
             shown = ", ".join([*names[:NAMES_SHOWN], *(["..."] if names[NAMES_SHOWN:] else [])])
-            raise WorldError(f"The world has no object '{name}'; its objects: {shown or 'none'}.")
+            raise QueryError(f"The world has no object '{name}'; its objects: {shown or 'none'}.")
         return name
 
     def _rng(self, name: str, stamp_ns: int) -> np.random.Generator:
@@ -272,6 +285,30 @@ class World:
 def filters_of(objects: Mapping[str, MovableObject], settings: Settings) -> dict[str, ObjectFilter]:
     """The filters of objects by name. Raises SettingsError as ``Settings.for_object`` does."""
     return {name: filter_for(item, settings) for name, item in objects.items()}
+
+
+def checked_stamp(stamp_ns: int, latest_ns: int) -> int:
+    """A stamp that a world which last learnt at ``latest_ns`` can be asked for.
+
+    Raises QueryError for one that is no whole number, too far away, or in seconds.
+    """
+    try:
+        stamp_ns = operator.index(stamp_ns)
+    except TypeError as error:
+        raise QueryError(
+            f"A stamp of {stamp_ns} is no whole number; stamps are in nanoseconds since 1970."
+        ) from error
+    if abs(stamp_ns) > FARTHEST_NS:
+        raise QueryError(
+            f"A stamp of {stamp_ns} ns is too far away; stamps are in nanoseconds since 1970, and "
+            f"at most {FARTHEST_NS}."
+        )
+    if stamp_ns != 0 and stamp_ns < CALENDAR_FROM * NANOSECONDS <= latest_ns:
+        raise QueryError(
+            f"A stamp of {stamp_ns} ns is {stamp_ns / NANOSECONDS:g} s from 1970; stamps are in "
+            "nanoseconds."
+        )
+    return stamp_ns
 
 
 def _stamp(belief: ObjectBelief | None) -> int:
@@ -288,7 +325,7 @@ class Snapshot:
     _beliefs: dict[str, ObjectBelief] = field(default_factory=dict, init=False, repr=False)
 
     def __getitem__(self, name: str) -> ObjectBelief:
-        """An object's belief. Raises WorldError for an unknown object."""
+        """An object's belief. Raises QueryError for an unknown object."""
         belief = self._beliefs.get(name)
         if belief is None:
             belief = self._beliefs[name] = self.world.belief(
@@ -313,7 +350,7 @@ class Snapshot:
     def blocked(self, path: ArrayLike, robot_radius: float) -> Blockage:
         """How probably a round robot on a polyline (n, 2) m meets something movable, and what.
 
-        Raises WorldError for a path or a radius that is none.
+        Raises QueryError for a path or a radius that is none.
         """
         return blocked(self.beliefs, path, robot_radius)
 
@@ -322,6 +359,6 @@ class Snapshot:
 
         An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What
         drives with ``--grid`` saw ages: ``known`` is the share of the area of which anything still
-        is. Walls don't count. Raises WorldError for an area that is none.
+        is. Walls don't count. Raises QueryError for an area that is none.
         """
         return occupied(self.beliefs, self.world.floors, area, robot_radius, self.stamp_ns)

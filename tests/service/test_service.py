@@ -62,6 +62,12 @@ def test_an_unchanged_answer_costs_nothing(taught: Service) -> None:
         ("/v1/drives/0123456789abcdef", None, 404),
         ("/v1/objects/door?at=yesterday", None, 422),
         ("/v1/objects/door?at=99999999999999999999", None, 422),
+        ("/v1/objects/door?at=1600000115", None, 422),
+        ("/v1/objects?at=-1", None, 422),
+        ("/v1/next?pose=1,0,0&at=1600000115", None, 422),
+        ("/v1/objects/door/passage?width=0.6&at=1600000115", None, 422),
+        ("/v1/objects/door/passage?width=60", None, 422),
+        ("/v1/doors?width=60", None, 422),
         ("/v1/objects/door/passage", None, 422),
         (
             "/v1/edges",

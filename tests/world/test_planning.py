@@ -1,6 +1,7 @@
 """What planners ask: blocked ways, costs of edges, modes of doors."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,12 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.building.model import Mesh
-from objstate.errors import BuildingError, WorldError
+from objstate.errors import BuildingError, QueryError, WorldError
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
-from objstate.world import World
+from objstate.world import Task, World
 from objstate.world.door_modes import DoorMode, door_mode, door_modes
 from objstate.world.route_graph import EdgeCost, RouteEdge, dynamic_edges
+from objstate.world.when import best_departure, passable, wait
 from tests.rooms import block, standing
 from tests.world.examples import DESK, HOUR, OBJECTS, SECOND, at_angle, desk_at
 
@@ -157,7 +159,7 @@ def test_edges_that_do_not_meet_are_charged_with_all_of_it() -> None:
 def test_a_robot_of_no_size_or_of_one_in_centimetres_is_refused(
     width: float, length: float
 ) -> None:
-    with pytest.raises(ValueError, match="between 0 and 20 m; give metres"):
+    with pytest.raises(QueryError, match="between 0 and 20 m; give metres"):
         at_angle(OPEN, 0).probability_clear(width, length)
 
 
@@ -171,6 +173,36 @@ def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
         world.at(now).blocked([(2.0, 1.0)], 30.0)
 
 
+@pytest.mark.parametrize(
+    ("stamp_ns", "said"),
+    [
+        (np.nan, "no whole number; stamps are in nanoseconds"),
+        (1.5, "no whole number"),
+        (10**30, "too far away"),
+        (2**63 - 1, "too far away"),
+        (-1, "stamps are in nanoseconds"),
+    ],
+)
+def test_a_moment_that_is_none_is_refused(stamp_ns: Any, said: str) -> None:
+    world = World.of(OBJECTS, beliefs=[at_angle(OPEN, 1_600_000_000 * 10**9)])
+    for ask in (world.at, world.moment, lambda stamp: world.due(Task(name="pass"), 1.0, stamp)):
+        with pytest.raises(QueryError, match=said):
+            ask(stamp_ns)
+    with pytest.raises(QueryError, match=said):
+        passable(world, "door", 0.6, [stamp_ns])
+
+
+def test_a_wait_and_a_way_of_no_size_are_refused() -> None:
+    world = World.of(OBJECTS, beliefs=[at_angle(OPEN, HOUR)])
+    with pytest.raises(QueryError, match="give metres"):
+        wait(world, "door", -0.6, HOUR, 60.0)
+    with pytest.raises(QueryError, match="give metres"):
+        door_modes(world.at(), -1.0)
+    for seconds in (np.nan, -5.0, np.inf):
+        with pytest.raises(QueryError, match="'door' can't be reached"):
+            best_departure(world, [("door", seconds)], 0.6, HOUR, 60.0)
+
+
 def test_a_probability_is_never_above_one() -> None:
     rng = np.random.default_rng(0)
     door = at_angle(OPEN, 0)
@@ -182,9 +214,9 @@ def test_a_probability_is_never_above_one() -> None:
 @pytest.mark.parametrize("share", [-1.0, 0.0, 1.1, np.nan])
 def test_an_interval_of_no_share_is_refused(share: float) -> None:
     for belief in (at_angle(OPEN, 0), desk_at(3.0, 0)):
-        with pytest.raises(ValueError, match="above 0 and at most 1"):
+        with pytest.raises(QueryError, match="above 0 and at most 1"):
             belief.interval(share)
-    with pytest.raises(ValueError, match="above 0 and at most 1"):
+    with pytest.raises(QueryError, match="above 0 and at most 1"):
         at_angle(OPEN, 0).clear_width.interval(share)
 
 

@@ -13,7 +13,7 @@ from sqlalchemy.engine import make_url
 
 from objstate.building.model import Building
 from objstate.config import Dynamics, ObjectRule, Settings
-from objstate.errors import WorldError
+from objstate.errors import QueryError, WorldError
 from objstate.objects import ObjectBelief
 from objstate.world import World
 from objstate.world.database import Database
@@ -84,6 +84,18 @@ def test_a_part_of_the_history_answers_alike_where_it_reaches(place: str) -> Non
     assert [b.stamp_ns for b in then.history("desk")] == [2 * HOUR]
     before = store.load(since_ns=25 * HOUR, until_ns=25 * HOUR, without="tuesday")
     assert [b.stamp_ns for b in before.history("door")] == [2 * HOUR]
+
+
+def test_a_moment_before_what_was_loaded_is_refused(place: str) -> None:
+    store = open_store(place, BUILDING)
+    store.add(MONDAY, ON_MONDAY)
+    store.add(TUESDAY, ON_TUESDAY)
+    part = store.load(since_ns=25 * HOUR)
+    assert part.at(25 * HOUR)["door"].stamp_ns == 25 * HOUR
+    for asked in (part, part.newest()):
+        with pytest.raises(QueryError, match="load it with that as since_ns"):
+            asked.at(2 * HOUR)
+    assert store.then(part, 2 * HOUR, ["door"]).at(2 * HOUR)["door"].stamp_ns == 2 * HOUR
 
 
 def test_a_world_of_another_building_is_refused(place: str) -> None:
