@@ -19,6 +19,7 @@ from objstate.geometry import FloatArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
+from objstate.records import NANOSECONDS
 from objstate.service.believed import Believed, known_object
 from objstate.service.problems import Problem
 from objstate.service.tables import EVIDENCE
@@ -29,6 +30,9 @@ CLOSED_DEG, CLOSED_M = (
     2.0,
     0.02,
 )  # from its limit, within which a contact says that a door is closed
+
+
+CLOCK_ERROR_NS = 5 * 10**9  # by which clocks of those who report may be ahead
 
 
 class Report(BaseModel):
@@ -73,7 +77,7 @@ class EvidenceDesk:
         item = self._believed.now.world.objects[known_object(self._believed.now.world, name)]
         if item.kind is Kind.PLANAR:
             raise Problem(422, f"'{name}' is furniture, of which nothing can be told yet.", DOORS)
-        stamp_ns = time.time_ns() if report.stamp_ns is None else report.stamp_ns
+        stamp_ns = _stamp_of(report, time.time_ns())
         identity = secrets.token_hex(8) if report.id is None else report.id
         with self._lock:
             self._refresh()
@@ -99,6 +103,17 @@ class EvidenceDesk:
 
 
 DOORS = "Report doors."
+
+
+def _stamp_of(report: Report, now_ns: int) -> int:
+    """When a report holds from, by default now. Raises Problem for a moment to come."""
+    if report.stamp_ns is None:
+        return now_ns
+    ahead_ns = report.stamp_ns - now_ns
+    if ahead_ns > CLOCK_ERROR_NS:
+        detail = f"The report's stamp is {ahead_ns / NANOSECONDS:.0f} s in the future."
+        raise Problem(422, detail, "Give nanoseconds since 1970 by a clock that is set.")
+    return report.stamp_ns
 
 
 def told(belief: ObjectBelief, lower: float, upper: float, reliability: float) -> ObjectBelief:

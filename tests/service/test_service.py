@@ -82,6 +82,16 @@ def test_an_unchanged_answer_costs_nothing(taught: Service) -> None:
         ("/v1/objects/door/evidence", {"source": "x"}, 422),
         ("/v1/objects/door/evidence", {"source": "x", "state": "ajar"}, 422),
         ("/v1/objects/door/evidence", {"source": "x", "region": [2.0, 3.0]}, 422),
+        (
+            "/v1/objects/door/evidence",
+            {"source": "x", "state": "open", "stamp_ns": time.time_ns() + 3600 * 10**9},
+            422,
+        ),
+        (
+            "/v1/objects/door/evidence",
+            {"source": "x", "state": "open", "stamp_ns": 1600000115},
+            422,
+        ),
         ("/v1/drives", b"", 400),
     ],
 )
