@@ -32,10 +32,15 @@ def find_logs(source: str) -> list[str]:
     A URL may be a folder, or a prefix of a bucket, too. Raises LogError where there is none,
     and OutageError where a storage is out of reach.
     """
-    found = _remote_logs(source) if is_remote(source) else _local_logs(source)
+    found = logs_at(source)
     if not found:
         raise LogError(f"There is no log at {source}; give files, folders or a quoted pattern.")
     return found
+
+
+def logs_at(source: str) -> list[str]:
+    """The same, of which there may be none. Raises OutageError."""
+    return _remote_logs(source) if is_remote(source) else _local_logs(source)
 
 
 def fetched(address: str, folder: Path) -> Path:

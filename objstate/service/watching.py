@@ -8,14 +8,15 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
+from glob import has_magic
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import insert, select
 
 from objstate.archives import zip_folder
-from objstate.batch.addresses import fetched, find_logs, size_of
-from objstate.errors import ObjstateError
+from objstate.batch.addresses import fetched, logs_at, size_of
+from objstate.errors import LogError, ObjstateError
 from objstate.logs import open_messages
 from objstate.service.drives import Drive, Drives
 from objstate.service.problems import Problem
@@ -59,7 +60,7 @@ class Watch:
         """Look at all places once, and take what is finished."""
         for place in self._places:
             try:
-                for address in find_logs(place):
+                for address in _logs_in(place):
                     if self._ended.is_set():
                         return
                     self._look_at(address)
@@ -120,3 +121,11 @@ class Watch:
             open_messages(source)  # what is no log at all is set aside
             shutil.copyfile(source, target)
         return target
+
+
+def _logs_in(place: str) -> list[str]:
+    """The logs of a place, where none may have been dropped yet. Raises LogError, OutageError."""
+    found = logs_at(place)
+    if not found and not (is_remote(place) or has_magic(place) or Path(place).exists()):
+        raise LogError(f"There is no folder {place}; make it, or watch another.")
+    return found

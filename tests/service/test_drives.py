@@ -11,6 +11,7 @@ import pytest
 
 from objstate.service.drives import ABANDONED_S, MOST_ATTEMPTS, Drive, Drives
 from objstate.service.tables import make_tables
+from objstate.service.watching import Watch
 from objstate.world.database import Database
 from objstate.world.location import parse_location
 from objstate.world.store import open_store
@@ -71,3 +72,16 @@ def test_uploads_that_broke_off_are_removed_in_the_end(database: Database, tmp_p
     os.utime(old, (0, old.stat().st_mtime - ABANDONED_S - 60))
     Drives(database, tmp_path / "data")
     assert (old.exists(), new.exists()) == (False, True)
+
+
+def test_a_watched_folder_may_be_empty_but_not_missing(
+    database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    empty, missing = tmp_path / "empty", tmp_path / "missing"
+    empty.mkdir()
+    places = [str(empty), str(empty / "*.mcap"), str(missing)]
+    watch = Watch(places, database, Drives(database, tmp_path / "data"), lambda _: None)
+    with caplog.at_level("WARNING"):
+        watch.look()
+    (said,) = caplog.messages
+    assert str(missing) in said
