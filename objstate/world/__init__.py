@@ -5,6 +5,7 @@ from objstate.world.blocking import Blockage, Blocker
 from objstate.world.door_modes import DoorMode, door_mode, door_modes
 from objstate.world.due import Due
 from objstate.world.floor import FloorMemory, Occupancy
+from objstate.world.forgetting import Thinning
 from objstate.world.route_graph import DynamicEdges, EdgeCost, RouteEdge, dynamic_edges
 from objstate.world.world import Snapshot, World
 
@@ -22,6 +23,7 @@ __all__ = [
     "Snapshot",
     "Task",
     "Tasks",
+    "Thinning",
     "World",
     "door_mode",
     "door_modes",

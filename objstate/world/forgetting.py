@@ -10,11 +10,12 @@ or a day, older.
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-from sqlalchemy import Delete, delete, exists
+from typing import TYPE_CHECKING
 
 from objstate.errors import WorldError
-from objstate.world.schema import BELIEFS
+
+if TYPE_CHECKING:
+    from sqlalchemy import Delete
 
 HOUR_NS, DAY_NS = 3600 * 10**9, 86400 * 10**9
 
@@ -43,6 +44,10 @@ def thinned(rule: Thinning, now_ns: int) -> list[Delete]:
 
 def _but_the_last(span_ns: int, since_ns: int | None, before_ns: int) -> Delete:
     """Of the beliefs of a stretch, all but each object's last in every ``span_ns``."""
+    from sqlalchemy import delete, exists
+
+    from objstate.world.schema import BELIEFS
+
     b, later = BELIEFS.c, BELIEFS.alias("later")
     within = [b.stamp_ns < before_ns]
     if since_ns is not None:

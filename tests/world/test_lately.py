@@ -3,7 +3,8 @@
 import pytest
 
 from objstate.errors import WorldError
-from objstate.world.forgetting import DAY_NS, HOUR_NS, Thinning
+from objstate.world import Thinning
+from objstate.world.forgetting import DAY_NS, HOUR_NS
 from objstate.world.lately import Lately
 from objstate.world.store import DriveEntry, open_store
 from tests.world.examples import BUILDING, HOUR, SECOND, at_angle, desk_at
