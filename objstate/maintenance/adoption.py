@@ -18,7 +18,7 @@ from objstate.maintenance.answers import LEAST_PRESENCE
 from objstate.objects import ObjectBelief
 from objstate.outputs import whole
 from objstate.particles import Weights
-from objstate.recording.candidates import Found, read_candidates
+from objstate.recording.candidates import CANDIDATES, Found, read_candidates
 from objstate.world.store import WorldStore
 
 STD = 0.05  # m: a candidate's outline is known to a cell of the grid
@@ -88,7 +88,8 @@ def _write(path: Path, text: str, made: ExitStack) -> None:
 def _found(result: Path, candidate: str) -> Found:
     known = {each.name: each for each in read_candidates(result)}
     if candidate not in known:
-        listed = ", ".join(known) or "none; estimate the log with --grid"
+        mapped = (result / CANDIDATES).is_file()
+        listed = ", ".join(known) or ("none" if mapped else "none; estimate the log with --grid")
         raise ResultError(f"{result} has no candidate '{candidate}'; it has {listed}.")
     return known[candidate]
 

@@ -75,6 +75,15 @@ def test_what_is_refused_changes_nothing(
     store.check(load_building(tmp_path / "old.urdf"))
 
 
+def test_a_result_without_candidates_says_why(store: WorldStore, tmp_path: Path) -> None:
+    write_candidates(tmp_path / "result", [])
+    with pytest.raises(ResultError, match=r"it has none\."):
+        adopt(store, **arguments(tmp_path))
+    (tmp_path / "result" / "candidates.json").unlink()
+    with pytest.raises(ResultError, match="it has none; estimate the log with --grid"):
+        adopt(store, **arguments(tmp_path))
+
+
 def test_a_building_elsewhere_is_refused(store: WorldStore, tmp_path: Path) -> None:
     with pytest.raises(BuildingError, match="has to lie in the folder"):
         adopt(store, **arguments(tmp_path, out=tmp_path / "result" / "new.urdf"))
