@@ -20,6 +20,7 @@ from objstate.recording.posteriors import posterior_schema
 from objstate.recording.scans import scan_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
 from objstate.run import RunResult
+from objstate.service.operations import OPERATIONS
 from objstate.simulation import scene
 
 ROOT = Path(__file__).parents[1]
@@ -191,6 +192,17 @@ def test_what_stands_about_is_listed() -> None:
 
 
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def test_every_operation_of_the_service_is_listed() -> None:
+    page = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
+    rows = [line.split(" | ")[0] for line in page.splitlines() if line.startswith("| `")]
+    missing = [
+        f"{each.method} {each.path}"
+        for each in OPERATIONS
+        if not any(each.method in row and f"{each.path}`" in row for row in rows)
+    ]
+    assert missing == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
