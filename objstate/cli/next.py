@@ -134,7 +134,8 @@ def next_(
     allowed = None if task is None else load_tasks(task).named(doing)
     model, store = load_building(building), open_store(world)
     store.check(model)
-    stamp_ns = store.latest_ns() if when is None else parse_time(when)
+    zone = store.settings().calendar.zone
+    stamp_ns = store.latest_ns() if when is None else parse_time(when, zone)
     known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
     moment = known.at(stamp_ns)
     if head is not None:

@@ -18,7 +18,10 @@ POSE = "X,Y,YAW (m, m, rad; or YAW in degrees as in 90deg)"
 MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180deg)"
 CLOCK_OFFSET = "FRAME=SECONDS (as in laser=0.03)"
 
-TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
+TIME = (
+    "'now', a time as in 2026-11-21T12:00 (by the clock of the settings' calendar, or with +01:00), "
+    "or seconds since 1970"
+)
 
 FARTHEST_MOUNT = 10.0  # m from a robot's middle to its laser; no robot in a building is so large
 LATEST_TIME = 1e11  # s since 1970, the year 5138; a larger number isn't in seconds
@@ -100,8 +103,8 @@ def check_height(height: float) -> None:
         raise SettingsError(f"--height {height} must be a finite number of metres.")
 
 
-def parse_time(text: str) -> int:
-    """The nanoseconds since 1970 that a time means. Raises SettingsError."""
+def parse_time(text: str, zone: tzinfo = UTC) -> int:
+    """The nanoseconds since 1970 that a time, by the clock of a zone, means. Raises SettingsError."""
     if text == "now":
         return time.time_ns()
     try:
@@ -114,7 +117,7 @@ def parse_time(text: str) -> int:
         return round(seconds * 10**9)
     try:
         when = datetime.fromisoformat(text)
-        told = when if when.tzinfo is not None else when.replace(tzinfo=UTC)
+        told = when if when.tzinfo is not None else when.replace(tzinfo=zone)
         return round(Fraction(told.timestamp()) * 10**9)
     except (ValueError, OverflowError) as error:
         raise SettingsError(f"'{text}' is not a time; give {TIME}.") from error

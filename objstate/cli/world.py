@@ -12,7 +12,7 @@ from objstate.cli.console import print_table, print_text
 from objstate.cli.options import AsJson, Overwrite, help_when_alone
 from objstate.cli.parsing import TIME, parse_time
 from objstate.cli.world_habits import HABITS, WHEN, habits, when
-from objstate.cli.world_tables import history_table, moment, world_table
+from objstate.cli.world_tables import history_table, world_table
 
 if TYPE_CHECKING:
     from objstate.config import Settings
@@ -86,8 +86,10 @@ def at_time(
     """
     from objstate.world.store import open_store
 
-    stamp_ns, store = parse_time(when), open_store(world)
-    _print(store, store.load(_settings(config), since_ns=stamp_ns).at(stamp_ns), as_json)
+    store = open_store(world)
+    settings = _settings(config) or store.settings()
+    stamp_ns = parse_time(when, settings.calendar.zone)
+    _print(store, store.load(settings, since_ns=stamp_ns).at(stamp_ns), as_json)
 
 
 @app.command(epilog=HISTORY)
@@ -105,7 +107,7 @@ def history(
     if as_json:
         print_text(json.dumps(history_words(known, name), indent=2))
     elif beliefs:
-        print_table(history_table(name, beliefs))
+        print_table(history_table(name, beliefs, known.settings.calendar))
     else:
         print_text(f"{name} was never seen.")
 
@@ -178,8 +180,13 @@ def _print(store: WorldStore, snapshot: Snapshot, as_json: bool) -> None:
     if as_json:
         print_text(json.dumps(snapshot_words(snapshot, store.building()), indent=2))
         return
-    count = len(store.drives())
-    drives = "1 drive" if count == 1 else f"{count} drives"
-    print_text(f"{store.location}: building '{store.building()}', {drives}")
-    title = f"At {moment(snapshot.stamp_ns)}"
-    print_table(world_table(title, [snapshot[name] for name in snapshot]))
+    print_text(f"{store.location}: building '{store.building()}', {_sources(store)}")
+    print_table(world_table(snapshot))
+
+
+def _sources(store: WorldStore) -> str:
+    """From how many drives and reports a world has learnt."""
+    are_reports = [each.is_report for each in store.drives()]
+    counts = {"drive": are_reports.count(False), "report": are_reports.count(True)}
+    words = [f"{count} {noun}{'s' if count != 1 else ''}" for noun, count in counts.items()]
+    return ", ".join(words if counts["report"] else words[:1])

@@ -61,7 +61,7 @@ def habits(
     Learnt from the looks of all drives, at whatever hours these were. By which clock, and which
     days are holidays, is in the settings of the drives (calendar).
     """
-    from objstate.world.habit_words import habit_words, piece_words, season_word
+    from objstate.world.habit_words import habit_words, looked_at_once, piece_words, season_word
     from objstate.world.store import open_store
 
     store = open_store(world)
@@ -71,18 +71,21 @@ def habits(
     chosen = None if name is None else [name]
     words, pieces = habit_words(known, chosen), piece_words(known, chosen)
     if name is not None and not (words or pieces):
-        _ = known.history(name)  # tells of an unknown object
-        raise WorldError(f"Nothing is known of the habits of '{name}': nobody looked at it.")
-    season = season_word(known)
+        raise WorldError(f"Nothing is known of the habits of '{name}': {_unlearnt(known, name)}.")
+    season, once = season_word(known), looked_at_once(known)
     if as_json:
         document: dict[str, object] = {
             "calendar": known.settings.calendar.model_dump(mode="json", by_alias=True)
         }
         document |= {} if season is None else {"season": season}
-        print_text(json.dumps(document | {"doors": words, "furniture": pieces}, indent=2))
+        document |= {"doors": words, "furniture": pieces, "looked_at_once": once}
+        print_text(json.dumps(document, indent=2))
         return
+    if once and name is None:
+        print_text(f"Looked at once, of the two looks that are needed: {', '.join(once)}.")
     if not (words or pieces):
-        print_text("No object has been looked at.")
+        if not once:
+            print_text("No object has been looked at.")
         return
     if words:
         print_table(_table(words))
@@ -124,8 +127,8 @@ def when(
     from objstate.world.store import open_store
     from objstate.world.when import best_departure, passable, spans, wait
 
-    stamp_ns, seconds = parse_time(begin), 3600.0 * within
     known = open_store(world).load()
+    stamp_ns, seconds = parse_time(begin, known.settings.calendar.zone), 3600.0 * within
     route = [_reached(text) for text in doors]
     document: dict[str, object] = {"begin_ns": stamp_ns, "doors": {}}
     table = new_table("Doors", ("door", "probably open"), ("now (%)", "mean wait", "passes (%)"))
@@ -155,6 +158,17 @@ def when(
         f"Set off at {_clock(known, best.stamp_ns)}: all doors may be passed with "
         f"{100 * best.probability:.0f} %. Times are those of {known.settings.calendar.timezone}."
     )
+
+
+def _unlearnt(world: World, name: str) -> str:
+    """Why an object has no habits. Raises QueryError for an unknown one."""
+    from objstate.world.habit_words import looked_at_once
+
+    if not world.history(name):
+        return "nobody looked at it"
+    if name in looked_at_once(world):
+        return "it was looked at once; two looks are needed"
+    return "the settings say how often it is moved"
 
 
 def _reached(text: str) -> tuple[str, float]:

@@ -24,7 +24,7 @@ from objstate.service.believed import Believed, known_object
 from objstate.service.problems import Problem
 from objstate.service.tables import EVIDENCE
 from objstate.world.database import Database
-from objstate.world.store import DriveEntry, WorldStore
+from objstate.world.store import REPORT, DriveEntry, WorldStore
 
 CLOSED_DEG, CLOSED_M = (
     2.0,
@@ -86,7 +86,7 @@ class EvidenceDesk:
             after = told(before, lower, upper, report.reliability)
             row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
             row |= {"lower": lower, "upper": upper, "reliability": report.reliability}
-            entry = DriveEntry(f"evidence:{identity}", stamp_ns, stamp_ns, self._settings)
+            entry = DriveEntry(f"{REPORT}{identity}", stamp_ns, stamp_ns, self._settings)
             on_record = insert(EVIDENCE).values(id=identity, **row)
             is_new = self._store.add(entry, [after], also=[on_record])
             self._on_taught()

@@ -17,6 +17,7 @@ from objstate.habits.calendar import Calendar
 from objstate.habits.site import Site
 from objstate.habits.summary import WeekHabit, season_of, week_habit, week_moves
 from objstate.objects.doors import LatticeFilter
+from objstate.order import natural_key
 from objstate.world.habit_rows import calendar_of
 from objstate.world.habitual import of_moves
 from objstate.world.world import World
@@ -42,6 +43,17 @@ def piece_words(world: World, names: Collection[str] | None = None) -> dict[str,
     """Of each piece of furniture whose habits are known: looks, places, and moves hour by hour."""
     chosen = world.objects if names is None else names
     return {name: _piece(world, name) for name in chosen if world.moves_of(name) is not None}
+
+
+def looked_at_once(world: World) -> list[str]:
+    """The objects of which one look is known, which tells nothing of how they are moved."""
+    sites = [
+        (name, site.looks)
+        for habits in (world.habits, world.pieces)
+        if habits is not None
+        for name, site in habits.sites.items()
+    ]
+    return sorted((name for name, looks in sites if looks == 1), key=natural_key)
 
 
 def season_word(world: World) -> str | None:

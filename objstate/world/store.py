@@ -45,6 +45,7 @@ from objstate.world.statics import DoorEvidence, Drive
 from objstate.world.surveys import MOST, KeptSurvey
 from objstate.world.world import World, filters_of
 
+REPORT = "evidence:"  # how digests of reports begin
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
 MOST_NAMES = 500  # that a query asks for one by one; databases take some thousands of values
 
@@ -57,6 +58,11 @@ class DriveEntry:
     begin_ns: int
     end_ns: int
     settings: Settings = field(default_factory=Settings, repr=False)  # that it was estimated with
+
+    @property
+    def is_report(self) -> bool:
+        """Whether it is no drive, but a report of a door's state that came to the service."""
+        return self.digest.startswith(REPORT)
 
 
 class WorldStore:
@@ -83,6 +89,11 @@ class WorldStore:
                 for table in (BELIEFS, FLOORS)
             ]
         return max((int(each) for each in latest if each is not None), default=None)
+
+    def settings(self) -> Settings:
+        """Those of the latest drive, by which it is predicted. Raises WorldError."""
+        with self._database.reading() as connection:
+            return _latest_settings(connection, self.location)
 
     def check(self, building: Building) -> None:
         """Raises WorldError where the world is of another building."""

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from objstate.cli import main
+from objstate.world.store import DriveEntry, open_store
 from tests.cli.test_commands import ROOM, SCENE, words
+from tests.world.examples import BUILDING, HOUR, at_angle
 
 START_NS = 1_600_000_000 * 10**9
 
@@ -54,6 +56,17 @@ def test_show_tells_what_was_last_believed(run, world: Path) -> None:
     assert (name, state, day) == ("office_door", "angle", "2020-09-13")
     assert float(lower) <= float(angle) <= float(upper)
     assert float(angle) == pytest.approx(34.4, abs=5)  # 0.6 rad
+
+
+def test_show_tells_drives_from_reports_and_what_was_never_taught(run, tmp_path: Path) -> None:
+    place = tmp_path / "world.db"
+    store = open_store(place, BUILDING)
+    assert "Nothing was learnt yet: the priors" in run("world", "show", place).out
+    for digest in ("log", "evidence:1", "evidence:2"):
+        store.add(DriveEntry(digest, 0, HOUR), [at_angle(0.3, HOUR)])
+    told = run("world", "show", place).out
+    assert "1 drive, 2 reports\n" in told
+    assert "At 3600.0 s" in told
 
 
 def test_programs_are_told_the_same(run, world: Path) -> None:
