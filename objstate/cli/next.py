@@ -15,9 +15,10 @@ from objstate.cli.options import AsJson
 from objstate.cli.parsing import POSE, TIME, parse_pose, parse_time
 from objstate.cli.sensors import HEAD, SENSOR, parse_sensor
 from objstate.cli.tables import duration, new_table, percent
+from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rich.table import Table
 
@@ -96,11 +97,13 @@ def next_(
         ),
     ] = None,
     position_std: Annotated[
-        float,
+        float | None,
         typer.Option(
-            metavar="M", min=0, help="With --head: of the robot's position; landmarks count by it."
+            metavar="M",
+            min=0,
+            help="With --head: of the robot's position; landmarks count by it. Default: 0.",
         ),
-    ] = 0.0,
+    ] = None,
     stay: Annotated[
         bool, typer.Option("--stay", help="Only what can be seen without driving.")
     ] = False,
@@ -126,6 +129,18 @@ def next_(
     from objstate.world import load_tasks
     from objstate.world.store import open_store
 
+    _require("--task", task, {"--doing": doing})
+    _require("--head", head, {"--grid": grid, "--way": way, "--position-std": position_std})
+    if head is not None:
+        _refuse_beside_head(
+            {
+                "--for": plans,
+                "--sensor": sensors,
+                "--config": config,
+                "--task": task,
+                "--stay": stay or None,
+            }
+        )
     pose, due = parse_pose(at, "--at"), [Plan.parse(text) for text in plans or []]
     robot = [parse_sensor(text) for text in sensors or []] or [Sensor("laser")]
     settings = CoordinatorSettings()
@@ -139,7 +154,8 @@ def next_(
     known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
     moment = known.at(stamp_ns)
     if head is not None:
-        show_gazes(model, moment, pose, head, grid, way, position_std, top, as_json=as_json)
+        std = position_std or 0.0
+        show_gazes(model, moment, pose, head, grid, way, std, top, as_json=as_json)
         return
     coordinator = Coordinator(model, robot, settings, known.settings)
     ranked = coordinator.actions(moment.beliefs, pose, may_drive=not stay)
@@ -165,6 +181,20 @@ def next_(
         print_text(_nothing(ranked, settings, wait))
     if ranked:
         print_table(_ranked(coordinator, moment, ranked[:top]))
+
+
+def _require(option: str, value: object, those: Mapping[str, object]) -> None:
+    """Raises SettingsError where an option is missing without which others have no effect."""
+    given = [name for name, each in those.items() if each is not None]
+    if given and value is None:
+        raise SettingsError(f"{given[0]} has no effect without {option}; give {option} too.")
+
+
+def _refuse_beside_head(those: Mapping[str, object]) -> None:
+    """Raises SettingsError for options that say nothing of where to turn a head."""
+    given = [name for name, each in those.items() if each is not None]
+    if given:
+        raise SettingsError(f"{given[0]} has no effect with --head; leave one of them out.")
 
 
 def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationTask]) -> Table:

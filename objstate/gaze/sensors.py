@@ -40,6 +40,11 @@ class Sensor:
                 f"Sensor '{self.name}': ranges, field of view, sigma and height must be finite "
                 "and above 0."
             )
+        if self.field_of_view > ALL_ROUND:
+            raise SettingsError(
+                f"Sensor '{self.name}': a field of view of {math.degrees(self.field_of_view):g} "
+                "degrees; give at most 360."
+            )
         if not all(math.isfinite(value) for value in (self.x, self.y, self.yaw)):
             raise SettingsError(f"Sensor '{self.name}': x, y and yaw must be finite.")
         if self.range_min >= self.range_max:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from objstate.errors import SettingsError
-from objstate.gaze.sensors import ALL_ROUND, Sensor
+from objstate.gaze.sensors import Sensor
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,3 @@ class Head:
     def turns_round(self) -> bool:
         """Whether it can turn on for ever, as a base does."""
         return self.turn >= math.pi
-
-    @property
-    def view(self) -> float:
-        """rad, the opening angle."""
-        return min(self.sensor.field_of_view, ALL_ROUND)

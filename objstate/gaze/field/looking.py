@@ -90,7 +90,7 @@ class Gazer:
     def look(self, robot: FloatArray, pan: float, at: float) -> None:
         """Note that a look was taken from a pose (3,) with a pan, rad, at a time, s."""
         pose = self._pose(robot, pan)
-        near = np.abs(wrap(self._bearings - pose[2])) <= self.head.view / 2.0
+        near = np.abs(wrap(self._bearings - pose[2])) <= self.head.sensor.field_of_view / 2.0
         cell = self.entropies.layout.to_cells(pose[:2])
         shape = self.entropies.layout.shape
         kernels.mark_looked(
@@ -183,7 +183,7 @@ class Gazer:
         turns = pans - pan
         if head.turns_round:
             turns = wrap(turns)
-        half = head.view / 2.0
+        half = head.sensor.field_of_view / 2.0
         starts, ends = turns - half, turns + half
         if self.settings.on_the_way:
             starts, ends = np.minimum(starts, -half), np.maximum(ends, half)
@@ -220,7 +220,7 @@ class Gazer:
         turn = to - pan
         if self.head.turns_round:
             turn = float(wrap(turn))
-        half, now = self.head.view / 2.0, robot[2] + pan
+        half, now = self.head.sensor.field_of_view / 2.0, robot[2] + pan
         start, end = turn - half, turn + half
         if self.settings.on_the_way:
             start, end = min(start, -half), max(end, half)
