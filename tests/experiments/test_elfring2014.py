@@ -16,6 +16,7 @@ from objstate.experiments.elfring2014 import (
     verifications,
 )
 from objstate.experiments.tours import shortest_tour
+from objstate.gaze.sensors import ALL_ROUND
 
 SHORT = Setup(duration=120.0)
 
@@ -47,7 +48,9 @@ def test_a_threshold_that_nothing_reaches_keeps_the_robot_where_it_is() -> None:
 
 def test_a_waiting_robot_updates_what_it_sees_if_it_is_told_to() -> None:
     waiting = replace(SHORT, gain_threshold=1000.0, duration=20.0)
-    looking = replace(waiting, assumptions=Assumptions(updates_when_idle=True, field_of_view=7.0))
+    looking = replace(
+        waiting, assumptions=Assumptions(updates_when_idle=True, field_of_view=ALL_ROUND)
+    )
     assert sum(simulate(looking, seed).updates.sum() for seed in range(4)) > 0
 
 
