@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Box
 from objstate.building.sidecar import SUFFIX
+from objstate.building.written import LIST_FILE, foreign_in, list_files
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.outputs import whole
@@ -29,44 +32,57 @@ BESIDE = (
     CALIBRATION,
     REPORT_FILE,
 )  # of a building that was edited, or learnt
+# how a URDF begins that versions wrote which kept no list of their files
+WITHOUT_LIST = re.compile(
+    r'<\?xml version="1\.0"\?>\n<robot name="[^"\n]*">\n  <link name="walls">\n    <collision>\n'
+    rf'      <origin xyz="[^"\n]*"/>\n      <geometry><mesh filename="{re.escape(WALLS_FILE)}"/>'
+)
 SAME = 1e-9  # m: corners no further from those of a box are its
 JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "planar"}
 
 
 def check_target(out: Path, overwrite: bool) -> None:
-    """Whether buildings may be written to ``out``; raises BuildingError if anything else exists."""
+    """Raise BuildingError if ``out`` exists, unless ``overwrite`` is set and objstate wrote it."""
     if not out.exists():
         return
     if not overwrite:
         raise BuildingError(
             f"{out} exists already; choose another folder, or overwrite it (--overwrite)."
         )
-    if not is_replaceable(out):
+    if fault := foreign_in(out, _fault_without_list):
         raise BuildingError(
-            f"{out} is not just a building that objstate made, so it won't be overwritten; "
-            "choose another folder, or move it away."
+            f"{out} won't be overwritten, as {fault}; choose another folder, or move it away."
         )
 
 
 def is_replaceable(folder: Path) -> bool:
-    """Whether a path is a folder that is empty, or holds only buildings written before."""
-    if not folder.is_dir():
-        return False
-    files = list(folder.iterdir())
-    if files and all(path.is_dir() for path in files):
-        return all(_is_building(path) for path in files)
-    return not files or _is_building(folder)
+    """Whether a path is a folder that holds nothing but what objstate wrote."""
+    return foreign_in(folder, _fault_without_list) is None
 
 
-def _is_building(folder: Path) -> bool:
-    """Whether a folder holds one URDF, its walls and shapes, and perhaps its sidecar."""
-    files = set(folder.iterdir())
-    models = [path for path in files if path.suffix == ".urdf"]
-    if len(models) != 1 or folder / WALLS_FILE not in files:
-        return False
-    known = {models[0], folder / WALLS_FILE, models[0].with_name(models[0].stem + SUFFIX)}
-    known |= {folder / name for name in BESIDE}
-    return files <= known | set(folder.glob(SHAPE_FILE.format("*")))
+def _fault_without_list(folder: Path) -> str | None:
+    """What of a folder isn't a building as versions wrote it that kept no list of its files."""
+    models = list(folder.glob("*.urdf"))
+    if len(models) != 1 or not WITHOUT_LIST.match(models[0].read_text("utf-8", errors="replace")):
+        return f"it has no {LIST_FILE}, in which objstate lists the files that it wrote"
+    known = {WALLS_FILE, models[0].name, models[0].stem + SUFFIX, *BESIDE}
+    known |= {path.name for path in folder.glob(SHAPE_FILE.format("*"))}
+    foreign = sorted(path for path in folder.iterdir() if path.name not in known)
+    return f"objstate didn't write {foreign[0]}" if foreign else None
+
+
+@contextmanager
+def building_folder(out: Path) -> Iterator[Path]:
+    """A new folder to fill, which becomes ``out`` when the block ends without an error.
+
+    Its files, and those of each folder in it, are listed, so that they may be replaced later. What
+    ``out`` held is replaced; ask ``check_target`` before. Raises ResultError.
+    """
+    with whole(out, overwrite=True, replaceable=is_replaceable) as made:
+        made.mkdir()
+        yield made
+        for folder in (made, *(each for each in made.iterdir() if each.is_dir())):
+            list_files(folder)
 
 
 def write_building(
@@ -101,8 +117,7 @@ def write_buildings(
     to ``keep``, of ``BESIDE`` too; ask ``check_target`` before. Raises ResultError if they can't be
     written.
     """
-    with whole(out, overwrite=True, replaceable=is_replaceable) as made:
-        made.mkdir()
+    with building_folder(out) as made:
         for folder, building in buildings.items():
             (made / folder).mkdir(exist_ok=True)
             _write(made / folder, building, sidecars.get(folder))

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from objstate.building.assembly import load_building
 from objstate.building.model import Building
+from objstate.building.writing import building_folder, check_target
 from objstate.errors import BuildingError
 from objstate.interchange.imported import Notes
 from objstate.interchange.to_map import write_occupancy
 from objstate.interchange.to_rmf import write_rmf
 from objstate.interchange.to_sdf import write_sdf
-from objstate.outputs import whole
 
 HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 RESOLUTION = 0.05  # m, most maps'
@@ -31,21 +31,12 @@ class ExportOptions:
 
 Writer = Callable[[Path, Building, ExportOptions, Notes], None]
 
-WRITERS: dict[str, tuple[Writer, frozenset[str]]] = {  # with the endings of what they write
-    "map": (
-        lambda out, building, options, notes: write_occupancy(
-            out, building, options.height, options.resolution, options.with_objects, notes
-        ),
-        frozenset((".yaml", ".pgm")),
+WRITERS: dict[str, Writer] = {
+    "map": lambda out, building, options, notes: write_occupancy(
+        out, building, options.height, options.resolution, options.with_objects, notes
     ),
-    "sdf": (
-        lambda out, building, _, notes: write_sdf(out, building, notes),
-        frozenset((".sdf", ".stl")),
-    ),
-    "rmf": (
-        lambda out, building, options, notes: write_rmf(out, building, options.height, notes),
-        frozenset((".yaml",)),
-    ),
+    "sdf": lambda out, building, _, notes: write_sdf(out, building, notes),
+    "rmf": lambda out, building, options, notes: write_rmf(out, building, options.height, notes),
 }
 
 
@@ -59,8 +50,8 @@ def export_building(
 ) -> Notes:
     """Write a building to the folder ``out_dir`` in the format ``to``, all or nothing.
 
-    Returns what was taken and what wasn't. ``out_dir`` must not exist, unless it holds only files
-    of that format and ``overwrite`` is set. Raises BuildingError, and ResultError if it can't be
+    Returns what was taken and what wasn't. ``out_dir`` must not exist, unless it holds only what
+    objstate wrote and ``overwrite`` is set. Raises BuildingError, and ResultError if it can't be
     written.
     """
     if to not in WRITERS:
@@ -70,13 +61,9 @@ def export_building(
         raise BuildingError(
             f"The resolution is {options.resolution:g} m; give one from {FINEST:g} to 1 m."
         )
-    write, endings = WRITERS[to]
+    out = Path(out_dir)
+    check_target(out, overwrite)
     building, notes = load_building(urdf), Notes()
-
-    def is_earlier(folder: Path) -> bool:
-        return folder.is_dir() and {each.suffix for each in folder.iterdir()} <= endings
-
-    with whole(out_dir, overwrite=overwrite, replaceable=is_earlier) as made:
-        made.mkdir()
-        write(made, building, options, notes)
+    with building_folder(out) as made:
+        WRITERS[to](made, building, options, notes)
     return notes

@@ -343,19 +343,41 @@ def test_only_an_earlier_building_is_overwritten_and_only_when_asked(tmp_path: P
     building_from_map(source, None, out, wall_height=1.0, overwrite=True)
     assert np.ptp(load_building(out / "plan.urdf").walls.vertices[:, 2]) == pytest.approx(1.0)
     (out / "thesis.tex").write_text("years of work")
-    with pytest.raises(BuildingError, match="is not just a building"):
+    with pytest.raises(BuildingError, match=r"objstate didn't write .*thesis\.tex"):
         building_from_map(source, None, out, overwrite=True)
     assert (out / "thesis.tex").exists()
     own = tmp_path / "own"
     own.mkdir()
     for name in ("plan.urdf", "drawn_by_hand.urdf"):
         (own / name).write_text("<robot/>")
-    with pytest.raises(BuildingError, match="is not just a building"):
+    with pytest.raises(BuildingError, match=r"has no \.objstate\.json"):
         building_from_map(source, None, own, overwrite=True)
     assert len(list(own.iterdir())) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "out", "own", "plan.pgm", "plan.yaml",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("names", [("office.urdf", "walls.stl"), ("walls.stl",), ("doors.csv",)])
+def test_files_of_others_are_never_overwritten(tmp_path: Path, names: tuple[str, ...]) -> None:
+    own = tmp_path / "own"
+    own.mkdir()
+    for name in names:
+        (own / name).write_text("<robot name='office'/>")
+    with pytest.raises(BuildingError, match=r"has no \.objstate\.json"):
+        building_from_map(save(tmp_path, plan()), None, own, overwrite=True)
+    assert {path.name for path in own.iterdir()} == set(names)
+
+
+def test_a_building_without_a_list_of_its_files_is_known_by_its_urdf(tmp_path: Path) -> None:
+    source, out = save(tmp_path, plan()), tmp_path / "out"
+    building_from_map(source, None, out)
+    (out / ".objstate.json").unlink()
+    building_from_map(source, None, out, overwrite=True)
+    (out / ".objstate.json").unlink()
+    (out / "notes.txt").write_text("mine")
+    with pytest.raises(BuildingError, match=r"objstate didn't write .*notes\.txt"):
+        building_from_map(source, None, out, overwrite=True)
 
 
 def test_door_names_need_no_care_in_the_urdf(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.occupancy import read_map
 from objstate.building.shapes import Cylinder
 from objstate.building.writing import write_buildings
-from objstate.errors import BuildingError, ResultError
+from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
 from objstate.interchange import ExportOptions, export_building, import_building
 from tests.rooms import placed, wall
@@ -134,13 +134,41 @@ def test_objects_are_drawn_when_asked_for(urdf: Path, tmp_path: Path) -> None:
     assert plan.occupied[row - 1 : row + 2, column].any()
 
 
-def test_an_export_is_replaced_only_when_asked_for(urdf: Path, tmp_path: Path) -> None:
+def test_an_export_is_replaced_only_when_asked_for_by_any_format(
+    urdf: Path, tmp_path: Path
+) -> None:
     export_building(urdf, tmp_path / "out", "sdf")
-    with pytest.raises(ResultError, match="--overwrite"):
+    with pytest.raises(BuildingError, match="--overwrite"):
         export_building(urdf, tmp_path / "out", "sdf")
-    with pytest.raises(ResultError, match="won't be overwritten"):
-        export_building(urdf, tmp_path / "out", "rmf", overwrite=True)
-    export_building(urdf, tmp_path / "out", "sdf", overwrite=True)
+    for to in ("rmf", "map", "sdf"):
+        export_building(urdf, tmp_path / "out", to, overwrite=True)
+    import_building(tmp_path / "out" / "room.sdf", tmp_path / "back")
+    export_building(urdf, tmp_path / "back", "map", overwrite=True)
+
+
+@pytest.mark.parametrize(
+    ("to", "name"),
+    [
+        ("map", "settings.yaml"),
+        ("map", "mymap.pgm"),
+        ("rmf", "office.building.yaml"),
+        ("sdf", "walls.stl"),
+    ],
+)
+def test_files_of_others_are_never_overwritten(
+    urdf: Path, tmp_path: Path, to: str, name: str
+) -> None:
+    own = tmp_path / "own" / name
+    own.parent.mkdir()
+    own.write_text("mine")
+    with pytest.raises(BuildingError, match="won't be overwritten"):
+        export_building(urdf, own.parent, to, overwrite=True)
+    own.unlink()
+    export_building(urdf, own.parent, to, overwrite=True)
+    own.with_name("notes.yaml").write_text("mine")
+    with pytest.raises(BuildingError, match=r"objstate didn't write .*notes\.yaml"):
+        export_building(urdf, own.parent, to, overwrite=True)
+    assert own.with_name("notes.yaml").read_text() == "mine"
 
 
 @pytest.mark.parametrize(
