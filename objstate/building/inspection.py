@@ -11,8 +11,9 @@ from objstate.building.assembly import assemble
 from objstate.building.model import Building, Mesh, MovableObject
 from objstate.building.outline import outline
 from objstate.building.problems import find_problems
+from objstate.building.sidecar import read_sidecar, sidecar_path, unknown_doors
 from objstate.building.urdf import read_description
-from objstate.errors import BuildingError
+from objstate.errors import BuildingError, SettingsError
 from objstate.geometry import FloatArray
 
 DEFAULT_HEIGHT = 0.3  # m above the floor, where many robots carry their laser
@@ -69,7 +70,17 @@ def inspect_building(path: str | Path, height: float = DEFAULT_HEIGHT) -> Buildi
         building = Building(description.name, Mesh.empty(), {}, path)
     else:
         problems += find_problems(building, height)
+    problems += _sidecar_problems(path, building)
     return _summary(building, path, height, problems)
+
+
+def _sidecar_problems(urdf: Path, building: Building) -> list[str]:
+    """What is wrong with the file beside a URDF, if there is one."""
+    try:
+        error = read_sidecar(urdf)
+    except SettingsError as fault:
+        return [str(fault)]
+    return [] if error is None else unknown_doors(error, building.objects, sidecar_path(urdf))
 
 
 def _summary(building: Building, path: Path, height: float, problems: list[str]) -> BuildingSummary:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +21,37 @@ class Sidecar(Strict):
     building_error: BuildingErrorSettings = BuildingErrorSettings()
 
 
+def sidecar_path(urdf: Path) -> Path:
+    """The file beside a URDF, whether it is there or not."""
+    return urdf.with_name(urdf.stem + SUFFIX)
+
+
 def read_sidecar(urdf: Path) -> BuildingErrorSettings | None:
     """How far a building is off, by the file beside its URDF; None where there is none.
 
     Raises SettingsError for one that can't be understood.
     """
-    path = urdf.with_name(urdf.stem + SUFFIX)
+    path = sidecar_path(urdf)
     if not path.is_file():
         return None
     return parse_strict(Sidecar, load_yaml(path), str(path)).building_error
 
 
+def unknown_doors(
+    error: BuildingErrorSettings, objects: Collection[str], where: str | Path
+) -> list[str]:
+    """A sentence for each door whose errors ``where`` states, but which the building lacks."""
+    return [
+        f"building_error.doors of {where} names '{name}', which is no object of the building; "
+        "correct the name, or remove it."
+        for name in error.doors
+        if name not in objects
+    ]
+
+
 def sidecar_text(urdf: Path) -> str | None:
     """The text of the file beside a URDF; None where there is none."""
-    path = urdf.with_name(urdf.stem + SUFFIX)
+    path = sidecar_path(urdf)
     return path.read_text(encoding="utf-8") if path.is_file() else None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from objstate.building.model import Building
+from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
@@ -80,12 +81,9 @@ def _of_rules(building: Building, options: RunOptions) -> Iterator[str]:
                 f"The settings' rule for '{rule.match}' matches no object; the building has "
                 f"{_some(building.objects)}."
             )
-    for name in options.settings.building_error.doors:
-        if name not in building.objects:
-            yield (
-                f"building_error.doors of the settings names '{name}', which is no object; the "
-                f"building has {_some(building.objects)}."
-            )
+    yield from unknown_doors(options.settings.building_error, building.objects, "the settings")
+    if building.error is not None and building.source is not None:
+        yield from unknown_doors(building.error, building.objects, sidecar_path(building.source))
 
 
 def _of_pauses(drive: Drive) -> Iterator[str]:

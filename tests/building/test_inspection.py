@@ -126,6 +126,27 @@ def test_each_thing_that_is_wrong_is_named_alone_and_with_its_cure(
     assert ";" in problem
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("building_error: {wall_std: 0.03}", "wall_std_m"),
+        ("building_error: {wall_std_m: -0.03}", "wall_std_m"),
+        ("building_error:\n\twall_std_m: 0.03", "not valid YAML"),
+        ("building_error: {wall_std_m: '0,03'}", "wall_std_m"),
+        (
+            "building_error: {doors: {gone: {hinge_std_m: 0.1, bearing_std_deg: 1}}}",
+            "names 'gone', which is no object",
+        ),
+    ],
+)
+def test_what_is_wrong_beside_the_urdf_is_named(tmp_path: Path, words: str, sentence: str) -> None:
+    urdf = write(tmp_path, walls(), door(), hinge())
+    urdf.with_name("office.building.yaml").write_text(words)
+    (problem,) = inspect_building(urdf).problems
+    assert "office.building.yaml" in problem
+    assert re.search(sentence, problem)
+
+
 def test_a_desk_that_only_touches_a_wall_is_fine(tmp_path: Path) -> None:
     assert inspect_building(write(tmp_path, walls(), desk("-3.1 -2.5 0"))).problems == []
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from objstate.building import load_building
+from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import doubts, failures, lost_share
@@ -84,6 +86,18 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
     assert hung.startswith("The hinges of 4 doors were found elsewhere: 'door_0' 0.10 m east")
+
+
+def test_errors_of_doors_that_the_building_lacks_are_named_with_their_file() -> None:
+    error = BuildingErrorSettings(
+        doors={"gone": DoorErrorSettings(hinge_std_m=0.1, bearing_std_deg=1.0)}
+    )
+    believed = estimator()
+    believed.building = replace(believed.building, error=error)
+    options = RunOptions(settings=Settings(building_error=error))
+    told = [each for each in doubts(drive(), believed, options) if "'gone'" in each]
+    assert re.search("of the settings names", told[0])
+    assert re.search(r"of .*office\.building\.yaml names", told[1])
 
 
 def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
