@@ -8,6 +8,7 @@ from pathlib import Path
 
 from objstate.building.assembly import load_building
 from objstate.building.model import Building
+from objstate.building.sidecar import sidecar_path
 from objstate.building.writing import building_folder, check_target
 from objstate.errors import BuildingError
 from objstate.interchange.imported import Notes
@@ -66,4 +67,6 @@ def export_building(
     building, notes = load_building(urdf), Notes()
     with building_folder(out) as made:
         WRITERS[to](made, building, options, notes)
+    if building.error is not None:
+        notes.left.append(f"{sidecar_path(Path(urdf)).name}, as the format has no deviations.")
     return notes

@@ -146,6 +146,16 @@ def test_an_export_is_replaced_only_when_asked_for_by_any_format(
     export_building(urdf, tmp_path / "back", "map", overwrite=True)
 
 
+@pytest.mark.parametrize("to", ["sdf", "rmf", "map"])
+def test_a_sidecar_is_not_taken_and_that_is_listed(urdf: Path, tmp_path: Path, to: str) -> None:
+    building = load_building(urdf)
+    own = write_buildings(
+        tmp_path / "own", {".": building}, {".": "building_error: {wall_std_m: 0.03}\n"}
+    )[0]
+    left = export_building(own, tmp_path / to, to).left
+    assert left[-1] == "room.building.yaml, as the format has no deviations."
+
+
 @pytest.mark.parametrize(
     ("to", "name"),
     [
