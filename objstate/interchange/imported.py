@@ -28,6 +28,12 @@ class Imported:
     sidecars: Mapping[str, str] = field(default_factory=dict)  # of some floors
 
 
+def tell_renamed(notes: Notes, before: str, after: str) -> None:
+    """Note that something has another name than before, if it has."""
+    if after != before:
+        notes.doubts.append(f"'{before}' is called '{after}' in what was written.")
+
+
 def several(count: int, one: str, many: str | None = None) -> str:
     """A count with its noun."""
     return f"{count} {one if count == 1 else many or one + 's'}"

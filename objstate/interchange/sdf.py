@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -15,10 +15,10 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.urdf import FULL_TURN
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, invert
-from objstate.interchange.imported import Imported, Notes, several, unused_name
+from objstate.interchange.imported import Imported, Notes, several, tell_renamed, unused_name
 from objstate.interchange.sdf_bodies import Body, Standing, Tie, bodies_and_ties
 from objstate.interchange.sdf_file import Folders, Model, read_world
-from objstate.interchange.sdf_frames import INTO
+from objstate.interchange.sdf_frames import INTO, plain_name
 from objstate.interchange.sdf_shapes import Shapes
 
 UP = (0.0, 0.0, 1.0)
@@ -101,17 +101,20 @@ class _Sorting:
         )
         for name, carrier in carriers.items():
             if isinstance(carrier, Standing):
-                item = _furniture(unused_name(_plain(name), objects), carrier, carried[name])
+                item = _furniture(self._name(name, objects), carrier, carried[name])
             else:
                 model = name.rpartition(INTO)[0]
-                called = model if several_joints[model] == 1 and model else name
-                item = _hung(
-                    unused_name(_plain(called.removesuffix("_joint")), objects),
-                    carrier,
-                    carried[name],
-                )
+                is_only = several_joints[model] == 1 and model
+                called = model if is_only else name.removesuffix("_joint")
+                item = _hung(self._name(called, objects), carrier, carried[name])
             objects[item.name] = item
         return walls
+
+    def _name(self, called: str, objects: Mapping[str, MovableObject]) -> str:
+        """The name of an object; one that differs from the file's is noted."""
+        name = unused_name(plain_name(called), objects)
+        tell_renamed(self.notes, called.replace(INTO, "_"), name)
+        return name
 
     def _carrier(self, body: Body) -> Tie | Standing | None:
         """What moves a body: its furniture, or the joint nearest to the ground; None for walls."""
@@ -182,10 +185,6 @@ def _furniture(name: str, model: Standing, bodies: list[Body]) -> MovableObject:
 def _mesh(bodies: list[Body], place: FloatArray) -> Mesh:
     back = invert(place)
     return Mesh.joined([body.mesh.moved(back @ body.place) for body in bodies])
-
-
-def _plain(name: str) -> str:
-    return name.replace(INTO, "_").replace("/", "_")
 
 
 def _tell_setting(world: Model, notes: Notes) -> None:

@@ -18,6 +18,11 @@ SELF, WORLD = "__model__", "world"
 INTO = "::"  # between the names of a model and of what is in it
 
 
+def plain_name(name: str) -> str:
+    """A name without what parts names in SDF, or in paths."""
+    return name.replace(INTO, "_").replace("/", "_")
+
+
 class Frames:
     """The frames of one model, each found when it is asked for."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.writing import SHAPE_FILE, WALLS_FILE, box_corners, write_mesh
 from objstate.geometry import FloatArray, rpy_from_rotation
-from objstate.interchange.imported import Notes, several
+from objstate.interchange.imported import Notes, several, tell_renamed, unused_name
+from objstate.interchange.sdf_frames import plain_name
 
 VERSION = "1.9"  # of SDFormat, Gazebo Fortress's
 MASS = 30.0  # kg, of whatever moves; a simulator can't move a thing without one
@@ -23,9 +25,13 @@ def write_sdf(out: Path, building: Building, notes: Notes) -> None:
     vertices = building.walls.vertices
     start = vertices.min(axis=0) if len(vertices) else np.zeros(3)
     write_mesh(out / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
-    models = [_model("walls", _pose(start), _link("walls", _mesh_file(WALLS_FILE)), static=True)]
-    for number, item in enumerate(building.objects.values(), start=1):
-        models.append(_object(item, _geometry(item, out, number)))
+    names = _names(building, notes)
+    static = unused_name("walls", names)
+    models = [_model(static, _pose(start), _link("walls", _mesh_file(WALLS_FILE)), static=True)]
+    for number, (name, item) in enumerate(
+        zip(names, building.objects.values(), strict=True), start=1
+    ):
+        models.append(_object(replace(item, name=name), _geometry(item, out, number)))
     text = (
         f'<?xml version="1.0"?>\n<sdf version="{VERSION}">\n<world name="{escape(building.name)}">\n'
         f"{''.join(models)}</world>\n</sdf>\n"
@@ -34,6 +40,15 @@ def write_sdf(out: Path, building: Building, notes: Notes) -> None:
     notes.taken.append(f"Walls, and {several(len(building.objects), 'object')} with their joints.")
     if building.objects:
         notes.doubts.append(f"Objects weigh {MASS:g} kg each; objstate knows no masses.")
+
+
+def _names(building: Building, notes: Notes) -> list[str]:
+    """The objects' names, without what parts names in SDF; those that differ are noted."""
+    names: list[str] = []
+    for name in building.objects:
+        names.append(unused_name(plain_name(name), names))
+        tell_renamed(notes, name, names[-1])
+    return names
 
 
 def _object(item: MovableObject, geometry: tuple[str, str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -144,6 +145,24 @@ def test_an_export_is_replaced_only_when_asked_for_by_any_format(
         export_building(urdf, tmp_path / "out", to, overwrite=True)
     import_building(tmp_path / "out" / "room.sdf", tmp_path / "back")
     export_building(urdf, tmp_path / "back", "map", overwrite=True)
+
+
+def test_names_that_sdf_cannot_hold_are_changed_and_listed(urdf: Path, tmp_path: Path) -> None:
+    building = load_building(urdf)
+    swings = building["swings"]
+    names = ["walls", "left/right", "left_right", "front_joint"]
+    doors = {name: replace(swings, name=name) for name in names}
+    named = write_buildings(tmp_path / "named", {".": replace(building, objects=doors)}, {})[0]
+    notes = export_building(named, tmp_path / "sdf", "sdf")
+    told = [each for each in notes.doubts if "is called" in each]
+    assert [each.split(" in ")[0] for each in told] == [
+        "'left/right' is called 'left_right'",
+        "'left_right' is called 'left_right_2'",
+    ]
+    back = import_building(tmp_path / "sdf" / "room.sdf", tmp_path / "back")
+    after = load_building(back.buildings[0])
+    assert list(after.objects) == ["walls", "left_right", "left_right_2", "front_joint"]
+    assert len(after.walls.faces) == len(building.walls.faces)
 
 
 @pytest.mark.parametrize("to", ["sdf", "rmf", "map"])
