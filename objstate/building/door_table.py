@@ -26,6 +26,7 @@ COLUMNS = (
     "upper_limit_deg",
 )
 PROBABILITY = "probability"  # that a candidate is a door
+PROBABLE = 0.5  # from which on a candidate is a door
 SIDE = "side_probability"  # that a candidate is hinged at this end and opens this way
 HINGE_STD, BEARING_STD, WIDTH_STD = "hinge_std_m", "bearing_std_deg", "width_std_m"
 TYPE, TRAVEL = "type", "upper_limit_m"

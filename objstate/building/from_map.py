@@ -11,7 +11,7 @@ import numpy as np
 
 from objstate.building.assembly import load_building
 from objstate.building.contours import border_loops, straighten
-from objstate.building.door_table import Door, door_rows, read_doors
+from objstate.building.door_table import PROBABLE, Door, door_rows, read_doors
 from objstate.building.model import Building, Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of_map
@@ -98,12 +98,14 @@ def building_of_map(plan: OccupancyMap, doors: Sequence[Door] = ()) -> Building:
         return load_building(building_from_map(plan, table, Path(folder) / "building"))
 
 
-def _probable(doors: list[Door], tell: Report) -> list[Door]:
-    """Those that aren't candidates, or probably are doors."""
-    for door in doors:
-        if not door.is_probable:
-            tell(f"Door '{door.name}': left out, as its probability is {door.probability:g}.")
-    return [door for door in doors if door.is_probable]
+def _probable(rows: list[Door], tell: Report) -> list[Door]:
+    """Those that are no candidates, or probable ones; ``tell`` receives how many others are."""
+    doors = [row for row in rows if row.is_probable]
+    if left_out := len(rows) - len(doors):
+        tell(
+            f"{left_out} of {len(rows)} doors left out, as their probability is below {PROBABLE:g}."
+        )
+    return doors
 
 
 def _inset(surface: str) -> float:

@@ -319,15 +319,15 @@ def test_a_leaf_that_slides_is_cleared_where_it_closes(
     assert beside < 0.03
 
 
-def test_candidates_below_one_half_become_no_doors(tmp_path: Path) -> None:
-    doors, told = tmp_path / "doors.csv", list[str]()
-    rows = [
-        f"{name},2.0,2.475,0,ccw,0.9,90,{p}\n" for name, p in (("a", 0.4), ("b", 0.6), ("c", ""))
-    ]
-    doors.write_text(HEADER.replace("\n", ",probability\n") + "".join(rows))
-    urdf = building_from_map(save(tmp_path, plan()), doors, tmp_path / "out", report=told.append)
-    assert list(load_building(urdf).objects) == ["b", "c"]
-    assert "Door 'a': left out, as its probability is 0.4." in told
+def test_improbable_candidates_are_no_doors_and_are_counted(tmp_path: Path) -> None:
+    rows = "a,2,0.5,0,cw,0.9,90,0.5\nb,3,2.5,180,cw,0.9,90,0.49\nc,3,2.5,180,cw,0.9,90,0.054\n"
+    (tmp_path / "doors.csv").write_text(HEADER.replace("\n", ",probability\n") + rows)
+    told: list[str] = []
+    urdf = building_from_map(
+        save(tmp_path, plan()), tmp_path / "doors.csv", tmp_path / "out", report=told.append
+    )
+    assert list(load_building(urdf).objects) == ["a"]
+    assert told[0] == "2 of 3 doors left out, as their probability is below 0.5."
 
 
 def test_an_empty_table_gives_walls_alone(tmp_path: Path) -> None:
