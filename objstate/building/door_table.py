@@ -146,6 +146,11 @@ def _described(door: Door) -> dict[str, object]:
 def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
     missing = [name for name in COLUMNS if name not in found]
     unknown = [name for name in found if name not in COLUMNS + OPTIONAL]
+    if twice := [name for name in COLUMNS + OPTIONAL if found.count(name) > 1]:
+        raise BuildingError(
+            f"The door table {path} has the column '{twice[0]}' {found.count(twice[0])} times; "
+            "remove all but one."
+        )
     if not missing and not unknown:
         return
     if separator := other_separator(header, COLUMNS):
@@ -210,6 +215,11 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
 def _widest(row: dict[str, str | None], where: str) -> float:
     """How far a door turns, rad."""
     name, upper = row["door"], _number(row, "upper_limit_deg", where)
+    if travel := (row.get(TRAVEL) or "").strip():
+        raise BuildingError(
+            f"{where}: door '{name}' turns, but slides by {travel} m; leave {TRAVEL} empty, or let "
+            "it open 'slides'."
+        )
     if not 0 < upper < FULL_TURN:
         raise BuildingError(
             f"{where}: door '{name}' opens up to {upper:g} degrees; "

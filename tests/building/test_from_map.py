@@ -271,6 +271,8 @@ def test_maps_that_cannot_be_used_are_refused(
         (WIDER + "a,1,2,0,slides,0.9,,30,sliding\n", "slides by 30 m"),
         (WIDER + "a,1,2,0,slides,0.9,,x,sliding\n", "'x' in column 'upper_limit_m'"),
         (WIDER + "a,1,2,0,slides,0.9,,,hinged\n", "is hinged, but opens 'slides'"),
+        (WIDER + "a,1,2,0,cw,0.9,90,0.5,hinged\n", "turns, but slides by 0.5 m"),
+        (HEADER.replace("\n", ",width_m\n"), "has the column 'width_m' 2 times"),
         (WIDER + "a,1,2,0,cw,0.9,90,,sliding\n", "is sliding, but opens 'cw'"),
     ],
 )
