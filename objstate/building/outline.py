@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.building.model import Mesh
+from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, IntArray
 
 SNAP = 1e-6  # m: vertices so near to the plane count as in it (the precision of a float32 mesh)
@@ -23,6 +24,14 @@ def outline(mesh: Mesh, height: float, transform: FloatArray | None = None) -> F
     """
     moved = mesh if transform is None else mesh.moved(transform)
     return join_collinear(_section(moved, height))
+
+
+def wall_outline(walls: Mesh, height: float) -> FloatArray:
+    """The same of walls. Raises BuildingError where none is so high, or so low."""
+    segments = outline(walls, height)
+    if not len(segments):
+        raise BuildingError(f"No wall is {height:g} m above the floor; give another height.")
+    return segments
 
 
 def _section(mesh: Mesh, height: float) -> FloatArray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from objstate.building.model import Building
-from objstate.building.outline import outline
+from objstate.building.outline import outline, wall_outline
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.interchange.imported import Notes, several
@@ -31,14 +31,12 @@ def write_occupancy(
 
     The cells through which walls pass at ``height`` m are occupied, as a laser marks them.
     """
-    walls = outline(building.walls, height)
+    walls = wall_outline(building.walls, height)
     objects = [
         outline(item.mesh, height, item.transforms(item.home[None])[0])
         for item in building.objects.values()
     ]
     everything = np.concatenate([walls, *objects])
-    if not len(walls):
-        raise BuildingError(f"No wall is {height:g} m above the floor; give another height.")
     low = np.floor((everything.reshape(-1, 2).min(axis=0) - MARGIN) / resolution) * resolution
     size = np.ceil((everything.reshape(-1, 2).max(axis=0) + MARGIN - low) / resolution).astype(int)
     if size.prod() > MOST_CELLS:

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.building.outline import outline
+from objstate.building.outline import wall_outline
 from objstate.geometry import FloatArray
 from objstate.interchange.imported import Notes, several
 
@@ -37,7 +37,7 @@ class _Vertices:
 def write_rmf(out: Path, building: Building, height: float, notes: Notes) -> None:
     """Write ``NAME.building.yaml`` to a folder: the walls' faces at ``height`` m, and the doors."""
     vertices = _Vertices()
-    faces = outline(building.walls, height)
+    faces = wall_outline(building.walls, height)
     walls = [[vertices.number(a), vertices.number(b), {}] for a, b in faces]
     walls = [row for row in walls if row[0] != row[1]]
     doors = [

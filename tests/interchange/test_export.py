@@ -206,6 +206,7 @@ def test_files_of_others_are_never_overwritten(
         ("dxf", ExportOptions(), "no format to export to"),
         ("map", ExportOptions(resolution=0.0), "The resolution is 0 m"),
         ("map", ExportOptions(height=9.0), "No wall is 9 m above the floor"),
+        ("rmf", ExportOptions(height=9.0), "No wall is 9 m above the floor"),
     ],
 )
 def test_what_cannot_be_exported_is_an_error(
