@@ -19,8 +19,9 @@ from objstate.interchange.rmf_doors import doors_of
 from objstate.interchange.rmf_file import Level, RmfBuilding, read_rmf
 from objstate.interchange.rmf_frames import Frame, frames
 from objstate.interchange.rmf_lifts import lifts_of
+from objstate.interchange.rmf_walls import WALL_THICKNESS
 
-WALL_THICKNESS, WALL_HEIGHT = 0.1, 2.5  # m
+WALL_HEIGHT = 2.5  # m
 OPAQUE = 1.0
 
 

@@ -13,9 +13,11 @@ from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import wall_outline
 from objstate.geometry import FloatArray
 from objstate.interchange.imported import Notes, several
+from objstate.interchange.rmf_walls import WALL_THICKNESS, wall_lines
 
 LEVEL = "L1"
 TEXT, WHOLE, NUMBER = 1, 2, 3  # how the format marks types
+SAME = 1e-3  # m, of lengths
 UPRIGHT = 1e-3  # of a unit axis, by which it may lean
 
 
@@ -35,16 +37,18 @@ class _Vertices:
 
 
 def write_rmf(out: Path, building: Building, height: float, notes: Notes) -> None:
-    """Write ``NAME.building.yaml`` to a folder: the walls' faces at ``height`` m, and the doors."""
+    """Write ``NAME.building.yaml`` to a folder: the walls at ``height`` m, and the doors."""
     vertices = _Vertices()
     faces = wall_outline(building.walls, height)
-    walls = [[vertices.number(a), vertices.number(b), {}] for a, b in faces]
-    walls = [row for row in walls if row[0] != row[1]]
     doors = [
         edge
         for item in building.objects.values()
         if (edge := _door(item, vertices, notes)) is not None
     ]
+    leaves = [np.array([vertices.rows[at][:2] for at in door[:2]]) for door in doors]
+    lines = wall_lines(faces, leaves)
+    walls = [[vertices.number(a), vertices.number(b), {}] for a, b in lines]
+    walls = [row for row in walls if row[0] != row[1]]
     level = {
         "elevation": 0.0,
         "vertices": vertices.rows,
@@ -62,9 +66,12 @@ def write_rmf(out: Path, building: Building, height: float, notes: Notes) -> Non
     }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
     (out / f"{building.name}.building.yaml").write_text(text, encoding="utf-8")
-    notes.taken.append(f"{several(len(walls), 'wall face')} at {height:g} m, as walls.")
+    notes.taken.append(f"Walls at {height:g} m, by {several(len(walls), 'line')}.")
     notes.taken.append(f"{several(len(doors), 'door')}.")
-    notes.doubts.append("Open-RMF draws walls 0.1 m thick about the faces of these.")
+    notes.doubts.append(
+        f"Open-RMF draws walls {WALL_THICKNESS:g} m thick; thinner ones come out thicker, doorways "
+        "as wide as they are."
+    )
 
 
 def _door(item: MovableObject, vertices: _Vertices, notes: Notes) -> list[Any] | None:
@@ -85,6 +92,11 @@ def _door(item: MovableObject, vertices: _Vertices, notes: Notes) -> list[Any] |
         )
         if item.upper <= 0:
             first, last = last, first
+        width, travel = float(np.ptp(places)), item.upper - item.lower
+        if abs(travel - width) > SAME:
+            notes.doubts.append(
+                f"'{item.name}' slides by {travel:.2f} m, there by its width of {width:.2f} m."
+            )
         return _edge(item.name, "sliding", 1, 0.0, vertices.number(first), vertices.number(last))
     if abs(abs(item.direction[2]) - 1.0) > UPRIGHT:
         notes.left.append(f"'{item.name}', as its hinge isn't upright.")

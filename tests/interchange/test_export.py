@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from objstate.building import building_from_map, load_building, outline
+from objstate.building import building_from_map, inspect_building, load_building, outline
 from objstate.building.door_table import Door
 from objstate.building.leaves import hinged, sliding
 from objstate.building.model import Building, Kind, Mesh, MovableObject
@@ -97,6 +97,43 @@ def test_an_rmf_building_has_the_same_doors(urdf: Path, tmp_path: Path) -> None:
     assert after["swings"].hinge == pytest.approx([3, 0], abs=1e-3)
     assert after["swings"].upper == pytest.approx(1.2)
     assert notes.left == ["'table', as furniture is a model of its own there."]
+
+
+@pytest.mark.parametrize("thickness", [0.05, 0.1, 0.25])
+def test_walls_and_doorways_of_an_rmf_building_are_as_wide_as_before(
+    tmp_path: Path, thickness: float
+) -> None:
+    from shapely import MultiLineString, Point
+
+    walls = Mesh.joined(
+        [
+            wall((0, 0), (2, 0), thickness),
+            wall((3, 0), (6, 0), thickness),
+            wall((6, 0), (6, 4), thickness),
+            wall((6, 4), (0, 4), thickness),
+            wall((0, 4), (0, 0), thickness),
+        ]
+    )
+    items = [hinged(Door("swings", np.array([3.0, 0.0]), np.pi, -1, 1.0, 1.2), 0.04, 2.0)]
+    building = Building("room", walls, {item.name: item for item in items})
+    urdf = write_buildings(tmp_path / "b", {".": building}, {})[0]
+    export_building(urdf, tmp_path / "rmf", "rmf")
+    back = import_building(tmp_path / "rmf" / "room.building.yaml", tmp_path / "back")
+    assert inspect_building(back.buildings[0]).problems == []
+    after = MultiLineString(list(outline(load_building(back.buildings[0]).walls, HEIGHT)))
+    thicker = max(0.0, 0.1 - thickness) / 2
+    assert after.distance(Point(2.5, 0)) == pytest.approx(0.5, abs=2e-3)
+    assert after.distance(Point(3, 2)) == pytest.approx(2 - thickness / 2 - thicker, abs=0.03)
+    if thickness >= 0.1:
+        assert after.distance(Point(3, 2)) == pytest.approx(2 - thickness / 2, abs=2e-3)
+
+
+def test_a_range_that_open_rmf_has_otherwise_is_named(urdf: Path, tmp_path: Path) -> None:
+    building = load_building(urdf)
+    slides = replace(building["slides"], upper=0.6)
+    own = write_buildings(tmp_path / "own", {".": building.with_object(slides)}, {})[0]
+    doubts = export_building(own, tmp_path / "rmf", "rmf").doubts
+    assert doubts[0] == "'slides' slides by 0.60 m, there by its width of 1.00 m."
 
 
 def test_a_map_shows_walls_inside_and_outside(urdf: Path, tmp_path: Path) -> None:
