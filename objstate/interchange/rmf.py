@@ -6,6 +6,7 @@ Sizes that the file doesn't state are those of the world that rmf_building_map_t
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,14 @@ from objstate.building.from_map import extrude
 from objstate.building.model import Building, MovableObject
 from objstate.building.sidecar import sidecar_of_drawing
 from objstate.geometry import FloatArray
-from objstate.interchange.imported import Imported, Notes, file_name, several
+from objstate.interchange.imported import (
+    Imported,
+    Notes,
+    file_name,
+    several,
+    tell_renamed,
+    unused_name,
+)
 from objstate.interchange.rmf_doors import doors_of
 from objstate.interchange.rmf_file import Level, RmfBuilding, read_rmf
 from objstate.interchange.rmf_frames import Frame, frames
@@ -43,13 +51,11 @@ def _floor(
     level, frame = source.levels[name], places[name]
     cabins, lift_doors = lifts_of(source, name, places, notes)
     walls = extrude([*_wall_outlines(level, frame), *cabins], WALL_HEIGHT)
-    doors = doors_of(name, level, frame, notes)
     objects: dict[str, MovableObject] = {}
-    for item in [*doors, *lift_doors]:
-        if item.name in objects:
-            notes.left.append(f"Level '{name}': a second door of the name '{item.name}'.")
-            continue
-        objects[item.name] = item
+    for item in [*doors_of(name, level, frame, notes), *lift_doors]:
+        own = unused_name(item.name, objects)
+        tell_renamed(notes, item.name, own)
+        objects[own] = replace(item, name=own)
     _tell_walls(name, level, notes)
     called = title if len(source.levels) == 1 else file_name(f"{title}_{name}")
     return Building(called, walls, objects)

@@ -180,6 +180,15 @@ def test_what_is_not_taken_is_named(tmp_path: Path) -> None:
     ]
 
 
+def test_doors_of_one_name_are_all_taken_and_told_apart(tmp_path: Path) -> None:
+    result, building = imported(
+        tmp_path, {"L1": room([door(4, 5, "way", "hinged"), door(5, 4, "way", "hinged")])}
+    )
+    assert list(building.objects) == ["way", "way_2"]
+    assert "Level 'L1': 2 doors: 2 hinged." in result.notes.taken
+    assert "'way' is called 'way_2' in what was written." in result.notes.doubts
+
+
 def test_measurements_that_contradict_each_other_are_told(tmp_path: Path) -> None:
     both = [edge(0, 1, distance=10.0), edge(1, 2, distance=9.0)]
     result, _ = imported(tmp_path, {"L1": room([], measurements=both)})
