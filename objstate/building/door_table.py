@@ -36,7 +36,6 @@ SLIDES = 0  # the sense of a leaf that doesn't turn
 SENSE = {"ccw": 1, "cw": -1, "slides": SLIDES}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
-PROBABLE = 0.5  # from which on a candidate is a door
 LARGEST = 1e8  # m, degrees; also of coordinates of a country
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -47,6 +47,12 @@ Examples:
   objstate building export office.urdf --to map --resolution 0.05 --out out/map
   objstate building export office.urdf --to sdf --out out/world
 """
+
+EXPORT_OPTIONS: dict[str, tuple[str, ...]] = {  # that have a meaning in each format
+    "map": ("height", "resolution", "objects"),
+    "rmf": ("height",),
+    "sdf": (),
+}
 
 app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=help_when_alone)
 
@@ -148,11 +154,15 @@ def export(
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
     to: Annotated[Literal["map", "sdf", "rmf"], typer.Option(help="The format.")],
     height: Annotated[
-        float, typer.Option(help="Of the laser that sees what is drawn, m (map, rmf).")
-    ] = 0.3,
-    resolution: Annotated[float, typer.Option(help="Of a map's cells, m.")] = 0.05,
+        float | None,
+        typer.Option(help="Of the laser that sees what is drawn, m (map, rmf). Default: 0.3."),
+    ] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Of a map's cells, m (map). Default: 0.05.")
+    ] = None,
     objects: Annotated[
-        bool, typer.Option("--objects", help="Draw doors and furniture into the map, as modelled.")
+        bool,
+        typer.Option("--objects", help="Draw doors and furniture as modelled (map)."),
     ] = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -162,7 +172,12 @@ def export(
     """
     from objstate.interchange import ExportOptions, export_building
 
-    options = ExportOptions(height, resolution, objects)
+    stated = {"height": height, "resolution": resolution, "objects": objects or None}
+    given: dict[str, Any] = {name: value for name, value in stated.items() if value is not None}
+    for name in given:
+        if name not in EXPORT_OPTIONS[to]:
+            raise SettingsError(f"--{name} has no meaning with --to {to}; leave it out.")
+    options = ExportOptions(**given)
     _print_notes(export_building(building, out, to, options, overwrite=overwrite))
     print_text(f"Written: {out}")
 

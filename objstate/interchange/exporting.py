@@ -27,14 +27,14 @@ class ExportOptions:
 
     height: float = HEIGHT  # m, of the laser that sees what is drawn
     resolution: float = RESOLUTION  # m, of a map's cells
-    with_objects: bool = False  # whether a map shows objects, in their home
+    objects: bool = False  # whether a map shows objects, in their home
 
 
 Writer = Callable[[Path, Building, ExportOptions, Notes], None]
 
 WRITERS: dict[str, Writer] = {
     "map": lambda out, building, options, notes: write_occupancy(
-        out, building, options.height, options.resolution, options.with_objects, notes
+        out, building, options.height, options.resolution, options.objects, notes
     ),
     "sdf": lambda out, building, _, notes: write_sdf(out, building, notes),
     "rmf": lambda out, building, options, notes: write_rmf(out, building, options.height, notes),

@@ -23,12 +23,14 @@ class ImportOptions:
     movable: Sequence[str] = ()  # patterns of the names of models that are furniture
 
 
+WORLDS = (".sdf", ".world")  # endings of the files that these options are for
+
 Reader = Callable[[Path, ImportOptions], Imported]
 
 READERS: dict[str, Reader] = {
     **dict.fromkeys((".yaml", ".yml"), lambda path, _: import_rmf(path)),
     **dict.fromkeys(
-        (".sdf", ".world"), lambda path, options: import_sdf(path, options.models, options.movable)
+        WORLDS, lambda path, options: import_sdf(path, options.models, options.movable)
     ),
     ".ifc": lambda path, _: import_ifc(path),
 }
@@ -65,7 +67,12 @@ def import_building(
         )
     if not source.is_file():
         raise BuildingError(f"{source} is no file; check the path.")
-    made = READERS[source.suffix.lower()](source, options or ImportOptions())
+    options = options or ImportOptions()
+    if (options.models or options.movable) and source.suffix.lower() not in WORLDS:
+        raise BuildingError(
+            f"--models and --movable are for SDF worlds, which {source} isn't; leave them out."
+        )
+    made = READERS[source.suffix.lower()](source, options)
     floors = made.floors if level is None else {level: _level(made, level, source)}
     empty = [name for name, building in floors.items() if not len(building.walls.faces)]
     if len(empty) == len(floors):

@@ -21,6 +21,7 @@ from objstate.interchange.sdf_file import Folders, Model, read_world
 from objstate.interchange.sdf_frames import INTO, plain_name
 from objstate.interchange.sdf_shapes import Shapes
 
+SHOWN = 8  # most names in a note
 UP = (0.0, 0.0, 1.0)
 # elements of a world that are noted where they occur
 SETTING = ("light", "actor", "state", "population")
@@ -35,6 +36,7 @@ def import_sdf(path: Path, models: Sequence[Path] = (), movable: Sequence[str] =
     notes, folders = Notes(), Folders.of(models, path)
     world = read_world(path, folders, notes)
     bodies, ties = bodies_and_ties(world, Shapes(folders, notes), notes)
+    _tell_unmatched(movable, bodies, notes)
     objects: dict[str, MovableObject] = {}
     walls = _Sorting(bodies, _above(bodies, ties, notes), movable, notes).sort(objects)
     notes.taken.append("Unit and axes: metres, z upwards, as the format has it.")
@@ -185,6 +187,17 @@ def _furniture(name: str, model: Standing, bodies: list[Body]) -> MovableObject:
 def _mesh(bodies: list[Body], place: FloatArray) -> Mesh:
     back = invert(place)
     return Mesh.joined([body.mesh.moved(back @ body.place) for body in bodies])
+
+
+def _tell_unmatched(movable: Sequence[str], bodies: list[Body], notes: Notes) -> None:
+    """Note patterns of furniture that match no model."""
+    names = list(dict.fromkeys(model.name for body in bodies for model in body.models))
+    for pattern in movable:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            notes.doubts.append(
+                f"--movable '{pattern}' matches no model; there are {', '.join(names[:SHOWN])}"
+                f"{', ...' if len(names) > SHOWN else ''}."
+            )
 
 
 def _tell_setting(world: Model, notes: Notes) -> None:

@@ -11,6 +11,7 @@ from tests.cli.conftest import Run
 from tests.interchange.rmf_files import door, room, save
 from tests.report.pages import ROOM, SCENE
 
+MODEL = Path(__file__).parents[2] / "models" / "office" / "office.urdf"
 COMMANDS = ("import", "export", "edit")
 
 
@@ -57,6 +58,31 @@ def test_a_drive_whose_log_holds_no_start_is_shown_from_a_given_one(
     assert "give --initial-pose X,Y,YAW, or --global." in unknown.err
     assert run(*edit, "--initial-pose", "0.5,0,0").code == 0
     assert ", 0 scan points" not in page.read_text()
+
+
+@pytest.mark.parametrize(
+    ("to", "option"),
+    [
+        ("sdf", ("--height", 1)),
+        ("sdf", ("--resolution", 0.1)),
+        ("sdf", ("--objects",)),
+        ("rmf", ("--objects",)),
+    ],
+)
+def test_options_of_another_format_are_refused(
+    run: Run, tmp_path: Path, to: str, option: tuple[object, ...]
+) -> None:
+    made = run("building", "export", MODEL, "--to", to, *option, "--out", tmp_path / "out")
+    assert made.code == 1
+    assert f"{option[0]} has no meaning with --to {to}" in made.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_of_sdf_worlds_are_refused_with_other_files(run: Run, tmp_path: Path) -> None:
+    path = save(tmp_path, {"L1": room([])})
+    made = run("building", "import", path, "--movable", "chair*", "--out", tmp_path / "out")
+    assert made.code == 1
+    assert "--movable are for SDF worlds" in made.err
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -166,7 +166,7 @@ def test_a_map_becomes_the_same_walls_again(urdf: Path, tmp_path: Path) -> None:
 
 
 def test_objects_are_drawn_when_asked_for(urdf: Path, tmp_path: Path) -> None:
-    export_building(urdf, tmp_path / "map", "map", ExportOptions(with_objects=True))
+    export_building(urdf, tmp_path / "map", "map", ExportOptions(objects=True))
     plan = read_map(tmp_path / "map" / "room.yaml")
     column, row = np.floor((np.array([2.5, 0.0]) - plan.origin[:2]) / plan.resolution).astype(int)
     assert plan.occupied[row - 1 : row + 2, column].any()

@@ -160,12 +160,15 @@ def test_static_models_are_walls_unless_they_are_called_movable(tmp_path: Path) 
     _, building = imported(tmp_path, WALL, table)
     assert not building.objects
     assert bounds(building) == pytest.approx([-2, 0.5, 2, 3.05])
-    options = ImportOptions(movable=["table*"])
+    options = ImportOptions(movable=["table*", "nothing*"])
     result = import_building(
         save(tmp_path, WALL, table), tmp_path / "out", options=options, overwrite=True
     )
     building = load_building(result.buildings[0])
     assert building["table_1"].kind is Kind.PLANAR
+    (unmatched,) = [each for each in result.notes.doubts if "--movable" in each]
+    assert "'nothing*' matches no model; there are " in unmatched
+    assert "table_1" in unmatched
     assert bounds(building) == pytest.approx([-2, 2.95, 2, 3.05])
     assert inspect_building(result.buildings[0]).problems == []
 
