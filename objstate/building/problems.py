@@ -32,6 +32,8 @@ STUB = 0.21  # m along a leaf; what ends before is its jamb: two cells of a coar
 HALF = 0.02  # m, half the thickness of a leaf
 TINY = 1e-9  # m
 POINTS, MOST = 9, 0.5  # points of a leaf compared with the walls; largest share of them beside one
+OVERLAP = 0.1  # share of a leaf; leaves that meet are drawn a few centimetres into each other
+FARTHEST = 2.0  # times its width that a leaf slides
 SHRUNK = 0.02  # m by which furniture may cut into a wall
 
 
@@ -45,7 +47,30 @@ def find_problems(building: Building, height: float) -> list[str]:
     }
     for item in building.objects.values():
         faults += _object_problems(item, Surroundings(item.name, walls, closed), height)
-    return faults
+    doors = {
+        name: shape
+        for name, shape in closed.items()
+        if building[name].kind is not Kind.PLANAR and len(shape)
+    }
+    return faults + _overlaps(doors)
+
+
+def _overlaps(leaves: Mapping[str, FloatArray]) -> list[str]:
+    """Of closed leaves, whose outlines (k, 2, 2) are given by name, those in the same place."""
+    from shapely import MultiPoint, STRtree, area, intersection
+
+    names = list(leaves)
+    hulls = np.empty(len(names), dtype=object)
+    hulls[:] = [MultiPoint(shape.reshape(-1, 2)).convex_hull for shape in leaves.values()]
+    pairs = STRtree(hulls).query(hulls, predicate="intersects").T
+    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
+    shared = area(intersection(*hulls[pairs].T))
+    smaller = area(hulls[pairs]).min(axis=1)
+    return [
+        f"'{names[a]}' and '{names[b]}' overlap when closed; remove one of them, or correct their "
+        "places and widths."
+        for a, b in pairs[shared > OVERLAP * smaller]
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +150,20 @@ def _object_problems(item: MovableObject, around: Surroundings, height: float) -
         ]
     if item.kind is Kind.HINGED:
         return _hinge_problems(item, around)
-    return _stand_problems(item, home, walls) if item.kind is Kind.PLANAR else []
+    if item.kind is Kind.SLIDING:
+        return _slide_problems(item)
+    return _stand_problems(item, home, walls)
+
+
+def _slide_problems(item: MovableObject) -> list[str]:
+    width = float(np.ptp(item.mesh.vertices @ item.axis))
+    travel = item.upper - item.lower
+    if travel <= FARTHEST * width:
+        return []
+    return [
+        f"'{item.name}' slides by {travel:.2f} m, but measures {width:.2f} m along its way; "
+        "correct its limits, or its shape."
+    ]
 
 
 def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:

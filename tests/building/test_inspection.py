@@ -102,6 +102,27 @@ PROBLEMS: dict[str, tuple[tuple[str, ...], str]] = {
         "reach from 4.50 to 5.50 m",
     ),
     "no limit": ((walls(), door(), hinge(limit="")), "'door' has no upper limit"),
+    "two leaves in one doorway": (
+        (
+            walls(),
+            door(),
+            hinge(),
+            door().replace('"leaf"', '"other"'),
+            hinge("0.9 3 0")
+            .replace('xyz="0.9 3 0"', 'xyz="0.9 3 0" rpy="0 0 3.141593"')
+            .replace('"leaf"', '"other"')
+            .replace('"door"', '"back"'),
+        ),
+        "'door' and 'back' overlap when closed",
+    ),
+    "slides away": (
+        (
+            walls(),
+            door(),
+            hinge(axis="1 0 0", limit='<limit upper="8"/>').replace("revolute", "prismatic"),
+        ),
+        "'door' slides by 8.00 m, but measures 0.90 m along its way",
+    ),
     "two roots": ((walls(), door()), "2 root links"),
     "circle": (
         (
