@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from objstate.cli.console import print_notice, print_parts, print_text
+from objstate.cli.console import print_notice, print_parts, print_text, print_warnings
 from objstate.cli.learnt_tables import describe_found, describe_refined
 from objstate.cli.options import Config, GlobalStart, InitialPose, Mounts, Overwrite, Quiet, Topics
 from objstate.cli.parsing import parse_mounts, parse_pose, split_topics
@@ -120,6 +120,7 @@ def _refine(
             overwrite=overwrite,
             on_progress=None if report is None else lambda share: report(share, 0.0),
         )
+    print_warnings(refined.warnings, quiet)
     print_parts(describe_refined(refined))
     for log in refined.left_out:
         print_notice(f"{log} contradicts all others, and is left out; is it of this building?")

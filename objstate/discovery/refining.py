@@ -7,7 +7,7 @@ new drive is estimated in the building whose walls stand right, and tells where 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -37,13 +37,15 @@ from objstate.calibration import (
     calibration_text,
 )
 from objstate.config import BuildingErrorSettings
+from objstate.discovery.drives import distinct_logs
 from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
-from objstate.run import BuildingInput, RunOptions, open_run
+from objstate.run import BuildingInput, RunOptions, open_run, unknown_start
 from objstate.run.calibrating import survey_log
-from objstate.run.inputs import describe_log, log_identity
+from objstate.run.doubts import doubts_of_robot, failures
+from objstate.run.drive import Drive as GoneThrough
 from objstate.world.adjusting import adjusted, beside, downward, motions, places_beside
 from objstate.world.places import Places, PlaceStatics, places_of, put_together
 from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
@@ -69,6 +71,7 @@ class Refined:
     drives: int  # that count
     left_out: tuple[str, ...] = ()  # logs of drives that contradict the others
     silent: tuple[str, ...] = field(default=())  # doors of which no drive tells
+    warnings: tuple[str, ...] = ()  # of drives, and why some are left out
 
 
 def refine_building(
@@ -87,8 +90,9 @@ def refine_building(
     the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
     with the lasers' mountings, ``learn.json`` and ``report.html``, whole or not at all. A folder
     that was learnt of the same building before is gone on from: drives that it knows are not read
-    again, and what they told of doors follows the walls about them. Raises BuildingError,
-    SettingsError, LogError and ResultError.
+    again, and what they told of doors follows the walls about them. Drives in which the robot was
+    lost for most of the time are left out. Raises BuildingError, SettingsError, ResultError, and
+    LogError, also where no drive is left.
     """
     run, target, model = run or RunOptions(), Path(out), BuildingInput.read(building).model
     digest, columns = geometry_digest(model), Columns.of(model.walls)
@@ -96,25 +100,26 @@ def refine_building(
     before = told_before(target, digest)
     if before is None:
         check_target(target, overwrite)
-    known = {told.digest for told in before or ()}
-    fresh = [log for log in map(Path, logs) if _digest(log, run) not in known]
+    old = before or []
+    fresh, warnings = distinct_logs(logs, run, {told.digest for told in old})
     surveys = Surveys(columns, error)
     with _workers(jobs, len(fresh)) as each:
-        surveyed = each(partial(_surveyed, Path(building), run), fresh)
-        told = [*(before or ()), *_counted(surveyed, len(fresh), 0.0, SURVEYING, on_progress)]
-        out_of_line = surveys.contradicting([one.survey for one in told])
-        walls = surveys.together([one.survey for one in _but(told, out_of_line)])
-        lasers = _corrections(walls, told)
-        mounts = {**run.mounts, **{laser.frame: laser.corrected_mount for laser in lasers}}
-        hang = partial(_hung, Path(building), walls.walls, replace(run, mounts=mounts))
-        hung = list(_counted(each(hang, fresh), len(fresh), SURVEYING, 1.0, on_progress))
-    old = len(told) - len(fresh)
+        surveyed = each(partial(_surveyed, Path(building), run, fresh), list(fresh))
+        new = list(_counted(surveyed, len(fresh), 0.0, SURVEYING, on_progress))
+        fitted = _fitted(each, partial(_hung, Path(building), run), surveys, old, new, on_progress)
+    walls, lasers, out_of_line = fitted.walls, fitted.lasers, fitted.out_of_line
     moved = motions(model, columns, walls.walls)
-    fresh_told = [
-        replace(one, doors=beside(doors, moved, -1.0), furniture=places_beside(places, moved, -1.0))
-        for one, (doors, places) in zip(told[old:], hung, strict=True)
+    told = [
+        *old,
+        *(
+            replace(
+                one,
+                doors=beside(each.doors, moved, -1.0),
+                furniture=places_beside(each.furniture, moved, -1.0),
+            )
+            for one, each in zip(fitted.new, fitted.hung, strict=True)
+        ),
     ]
-    told = [*told[:old], *fresh_told]
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
@@ -138,7 +143,61 @@ def refine_building(
         len(counting),
         tuple(one.log for one in left_out),
         silent,
+        (*warnings, *fitted.warnings),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """Walls and lasers by all drives, and what new ones tell of doors among these walls."""
+
+    walls: Surveyed
+    lasers: tuple[LaserCorrection, ...]
+    out_of_line: int | None  # the number of the drive that contradicts all others
+    new: list[Told]
+    hung: list[_Hung]  # of each of these
+    warnings: list[str]
+
+
+def _fitted(
+    each: Each,  # type: ignore[type-arg]
+    hang: Callable[[FloatArray, Sequence[LaserCorrection], Path], _Hung],
+    surveys: Surveys,
+    old: list[Told],
+    new: list[Told],
+    report: Report | None,
+) -> _Fitted:
+    """Put all surveys together, and estimate the new drives; those that were lost are left out.
+
+    Raises LogError where no drive is left.
+    """
+    told = [*old, *new]
+    out_of_line = surveys.contradicting([one.survey for one in told])
+    walls = surveys.together([one.survey for one in _but(told, out_of_line)])
+    lasers = _corrections(walls, told)
+    hanging = each(partial(hang, walls.walls, lasers), [Path(one.log) for one in new])
+    hung = list(_counted(hanging, len(new), SURVEYING, 1.0, report))
+    pairs = list(zip(new, hung, strict=True))
+    failed = [f"{one.log}: {text}" for one, got in pairs for text in got.failures]
+    if not failed:
+        warnings = [f"{one.log}: {text}" for one, got in pairs for text in got.warnings]
+        return _Fitted(walls, lasers, out_of_line, new, hung, warnings)
+    right = [one for one, got in pairs if not got.failures]
+    if not (old or right):
+        raise LogError(failed[0])
+    # the drives that are left out have displaced walls and lasers for all others
+    again = _fitted(each, hang, surveys, old, right, None)
+    return replace(again, warnings=[f"{text} It is left out." for text in failed] + again.warnings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Hung:
+    """What one drive told of doors and furniture, and why it is to be doubted."""
+
+    doors: Drive
+    furniture: Places
+    failures: Sequence[str]  # why nothing of it counts
+    warnings: Sequence[str]
 
 
 def _but(told: Sequence[Told], number: int | None) -> list[Told]:
@@ -166,27 +225,44 @@ def _counted(
             report(begin + (end - begin) * number / count)
 
 
-def _surveyed(building: Path, run: RunOptions, log: Path) -> Told:
+def _surveyed(building: Path, run: RunOptions, digests: Mapping[Path, str], log: Path) -> Told:
     """What one drive tells of walls and lasers. Raises LogError and others."""
-    survey, mounts = survey_log(log, load_building(building), run)
+    try:
+        survey, mounts = survey_log(log, load_building(building), run)
+    except LogError as error:
+        raise error if str(log) in str(error) else LogError(f"{log}: {error}") from error
     # as it is read again, so that going on gives the same
     survey = Survey.read(survey.words())
-    return Told(str(log), _digest(log, run), mounts, survey, {}, {})
+    return Told(str(log), digests[log], mounts, survey, {}, {})
 
 
-def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> tuple[Drive, Places]:
+def _hung(
+    building: Path,
+    run: RunOptions,
+    walls: FloatArray,
+    lasers: Sequence[LaserCorrection],
+    log: Path,
+) -> _Hung:
     """What one drive tells of doors and furniture, where the walls' columns are displaced.
 
-    Raises LogError.
+    Lasers are mounted as corrected. Raises LogError.
     """
     model = BuildingInput.read(building).model
     model = replace(model, walls=Columns.of(model.walls).warped(walls))
-    records, estimator = open_run([log], model, run)
-    edges = Edges(model, estimator.settings.beam_model)
+    mounts = {**run.mounts, **{laser.frame: laser.corrected_mount for laser in lasers}}
+    records, estimator = open_run([log], model, replace(run, mounts=mounts))
+    edges, gone = Edges(model, estimator.settings.beam_model), GoneThrough()
     for record in records:
-        edges.note(record, estimator, estimator.feed(record))
-    return evidence_of(estimator.objects, edges.told), places_of(
-        estimator.objects, estimator.settings
+        estimates = estimator.feed(record)
+        edges.note(record, estimator, estimates)
+        gone.note(record, estimator, estimates)
+    if not gone.stamps_ns:
+        raise LogError(f"{log}: {unknown_start(records, run)}")
+    return _Hung(
+        evidence_of(estimator.objects, edges.told),
+        places_of(estimator.objects, estimator.settings),
+        failures(gone, estimator, run),
+        doubts_of_robot(gone, estimator, run),
     )
 
 
@@ -203,10 +279,6 @@ def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection
                 )
     told_below = CalibrationOptions().told_below
     return tuple(walls.correction(frame, mounts[frame][0], told_below) for frame in walls.lasers)
-
-
-def _digest(log: Path, run: RunOptions) -> str:
-    return log_identity(describe_log(log), run)
 
 
 def _hinged(building: Building) -> list[str]:

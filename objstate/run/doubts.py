@@ -25,6 +25,7 @@ COMPASS = (  # counter-clockwise
 )
 # share of a log; a robot that is lost for longer is in another building, or started elsewhere
 MOST_LOST = 0.5
+NOTICEABLY_LOST = 0.005  # share of a log, which rounds to a percent
 LONG_PAUSE_NS = 600 * 1_000_000_000  # ns without a record, after which a drive may be another
 NAMES_SHOWN = 5  # most names in a list
 
@@ -72,6 +73,17 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_objects(drive, building, _was_never_found(estimator, options)),
         *_of_hinges(estimator),
     ]
+
+
+def doubts_of_robot(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
+    """Warnings of where the robot was, for those who learn from a drive."""
+    found = list(_of_path(drive, estimator, options))
+    if (share := lost_share(drive, estimator, options)) > NOTICEABLY_LOST:
+        found.append(
+            f"The robot was probably lost for {100 * share:.0f} % of the log, of which nothing is "
+            "learnt of objects."
+        )
+    return found
 
 
 def _of_rules(building: Building, options: RunOptions) -> Iterator[str]:

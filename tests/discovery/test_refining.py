@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +72,7 @@ STOOD = {
     "cabinet": [(0.04, -0.03, 0.05)] * 3,
     "desk": [(0.1, 0.0, 0.1), (-0.1, 0.1, 0.0), (0.0, -0.1, -0.2)],
 }
+ROOT = Path(__file__).parents[2]
 LEARN = ("building", "learn")
 DAYS = (
     {"north": 0.0, "south": 0.0, "far": 0.9},
@@ -191,6 +194,29 @@ def test_it_goes_on_from_what_it_knows(
         )
     assert words[0]["walls"] == words[1]["walls"]
     assert words[0]["lasers"] == words[1]["lasers"]
+
+
+def test_a_drive_that_was_lost_is_left_out_by_name(
+    run: Run, drives: tuple[Path, list[Path]], tmp_path: Path
+) -> None:
+    model, logs = drives
+    simulate(ROOT / "benchmarks" / "scenes" / "room.scene.yaml", tmp_path / "room", seed=3)
+    lost = tmp_path / "room" / "log.mcap"
+    alone = run(*LEARN, lost, "--building", model, "--out", tmp_path / "alone")
+    assert alone.code == 1
+    assert re.search(r"room/log\.mcap: The robot was probably lost for \d+ %", alone.err)
+    assert not (tmp_path / "alone").exists()
+    copied = tmp_path / "copy.mcap"
+    shutil.copy(logs[0], copied)
+    both = run(*LEARN, logs[0], lost, copied, "--building", model, "--out", tmp_path / "both")
+    assert both.code == 0, both.err
+    assert re.search(r"room/log\.mcap: The robot was probably lost .* It is left out\.", both.err)
+    assert f"{copied} holds the same as {logs[0]}" in both.err
+    run(*LEARN, logs[0], "--building", model, "--out", tmp_path / "one")
+    one, other = (
+        json.loads((tmp_path / out / "learn.json").read_text()) for out in ("one", "both")
+    )
+    assert one == other
 
 
 def test_walls_are_found_where_they_stand(
