@@ -93,6 +93,7 @@ def learn(
     assert map_yaml is not None
     with progress_bar("Learning doors", quiet) as report:
         learnt = learn_doors(logs, map_yaml, out, options, overwrite=overwrite, on_progress=report)
+    print_warnings(learnt.warnings, quiet)
     print_parts(describe_found(learnt))
     print_text(f"Written: {learnt.urdf}")
 

@@ -25,6 +25,7 @@ from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.discovery.candidates import Candidate, find_doors
+from objstate.discovery.drives import distinct_logs
 from objstate.discovery.gathering import Beams, gather
 from objstate.run import RunOptions
 
@@ -41,6 +42,7 @@ class Learnt:
 
     urdf: Path
     candidates: list[Candidate]
+    warnings: tuple[str, ...] = ()
 
 
 def learn_doors(
@@ -54,26 +56,28 @@ def learn_doors(
 ) -> Learnt:
     """Find the doors of a map in drives, and write the building that has them to ``out``.
 
-    Each log is a drive of its own. ``out`` gets ``building.urdf`` with its sidecar, ``doors.csv``
+    Each log is a drive of its own; one that is given twice counts once. ``out`` gets ``building.urdf`` with its sidecar, ``doors.csv``
     with all candidates, and ``learn.json``, whole or not at all. Raises BuildingError,
     SettingsError, LogError and ResultError.
     """
     run, target = run or RunOptions(), Path(out)
     check_target(target, overwrite)
+    digests, warnings = distinct_logs(logs, run)
+    paths = list(digests)
     plan = replace(read_map(Path(map_yaml)), name=NAME)
     walls = building_of_map(plan)
     drives: list[Beams] = []
     seconds = 0.0
-    for number, log in enumerate(logs):
-        begun, before = LOCALIZING * number / len(logs), seconds
+    for number, log in enumerate(paths):
+        begun, before = LOCALIZING * number / len(paths), seconds
 
         def gathered(share: float, s: float, begun: float = begun, before: float = before) -> None:
             nonlocal seconds
             seconds = before + s
             if on_progress is not None:
-                on_progress(begun + LOCALIZING * share / len(logs), seconds)
+                on_progress(begun + LOCALIZING * share / len(paths), seconds)
 
-        drives.append(gather(Path(log), walls, run, gathered))
+        drives.append(gather(log, walls, run, gathered))
 
     def weighed(share: float) -> None:
         if on_progress is not None:
@@ -84,13 +88,13 @@ def learn_doors(
     building = building_of_map(plan, [each.door for each in probable])
     error = building.error or BuildingErrorSettings()
     error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})
-    about = _about(map_yaml, logs, drives, candidates)
+    about = _about(map_yaml, paths, drives, candidates)
     beside = {
         DOORS_FILE: candidates_table(candidates),
         LEARN_FILE: json.dumps(about, indent=1) + "\n",
     }
     urdf = write_buildings(target, {".": building}, {".": sidecar_of(error)}, beside)[0]
-    return Learnt(urdf, candidates)
+    return Learnt(urdf, candidates, tuple(warnings))
 
 
 def _error(found: Candidate) -> DoorErrorSettings:

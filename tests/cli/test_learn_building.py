@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,17 @@ def test_doors_are_found_adjusted_and_estimated_in_one_go(run, drives: Drives) -
             last = estimates.filter(estimates["object"] == name)["mean"][-1]
             right += bool(abs(last - drives.states[1][door.name]) < np.radians(5.0))
     assert right >= 2
+
+
+def test_a_log_that_is_given_twice_counts_once(run, drives: Drives, tmp_path: Path) -> None:
+    copied = tmp_path / "copy.mcap"
+    shutil.copy(drives.logs[0], copied)
+    out = tmp_path / "out"
+    twice = run("building", "learn", drives.logs[0], copied, "--map", drives.map, "--out", out)
+    assert twice.code == 0
+    assert f"{copied} holds the same as {drives.logs[0]}" in twice.err
+    (drive,) = json.loads((out / "learn.json").read_text())["drives"]
+    assert drive["log"] == str(drives.logs[0])
 
 
 def test_a_drive_whose_start_is_unknown_is_named_with_the_cure(
