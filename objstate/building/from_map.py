@@ -17,7 +17,7 @@ from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of_map
 from objstate.building.speckle import without_pinholes, without_specks
 from objstate.building.swing import clear_leaves
-from objstate.building.writing import DOORS_FILE, check_target, write_building
+from objstate.building.writing import DOORS_FILE, check_output, write_building
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
@@ -62,7 +62,8 @@ def building_from_map(
     if it can't be written.
     """
     out = Path(out_dir)
-    check_target(out, overwrite)
+    sources = [each for each in (map_yaml, doors_csv) if isinstance(each, str | Path)]
+    check_output(out, overwrite, *sources)
     sizes = {"wall_height": wall_height, "door_height": door_height}
     _check_sizes({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
     if min_cells < 0:

@@ -55,6 +55,24 @@ def check_target(out: Path, overwrite: bool) -> None:
         )
 
 
+def check_output(out: Path, overwrite: bool, *inputs: str | Path) -> None:
+    """The same for what is made of some ``inputs``.
+
+    Raises BuildingError also where ``out`` holds one of these, or what a person decided.
+    """
+    check_target(out, overwrite)
+    for each in inputs:
+        if Path(each).resolve().is_relative_to(out.resolve()):
+            raise BuildingError(
+                f"{each} lies in {out}, which would replace it; give another --out."
+            )
+    if (out / DECISIONS_FILE).exists():
+        raise BuildingError(
+            f"{out / DECISIONS_FILE} holds what a person decided on doors, so {out} won't be "
+            "overwritten; choose another folder."
+        )
+
+
 def is_replaceable(folder: Path) -> bool:
     """Whether a path is a folder that holds nothing but what objstate wrote."""
     return foreign_in(folder, _fault_without_list) is None

@@ -22,7 +22,7 @@ from objstate.building.door_table import (
 from objstate.building.from_map import building_of_map
 from objstate.building.occupancy import read_map
 from objstate.building.sidecar import sidecar_of
-from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
+from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_output, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.discovery.candidates import Candidate, find_doors
 from objstate.discovery.drives import distinct_logs
@@ -61,7 +61,7 @@ def learn_doors(
     SettingsError, LogError and ResultError.
     """
     run, target = run or RunOptions(), Path(out)
-    check_target(target, overwrite)
+    check_output(target, overwrite, map_yaml)
     digests, warnings = distinct_logs(logs, run)
     paths = list(digests)
     plan = replace(read_map(Path(map_yaml)), name=NAME)

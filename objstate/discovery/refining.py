@@ -25,7 +25,7 @@ from objstate.building.writing import (
     CALIBRATION,
     LEARN_FILE,
     REPORT_FILE,
-    check_target,
+    check_output,
     write_buildings,
 )
 from objstate.calibration import (
@@ -98,8 +98,7 @@ def refine_building(
     digest, columns = geometry_digest(model), Columns.of(model.walls)
     error = model.error or BuildingErrorSettings()
     before = told_before(target, digest)
-    if before is None:
-        check_target(target, overwrite)
+    check_output(target, overwrite or before is not None, building)
     old = before or []
     fresh, warnings = distinct_logs(logs, run, {told.digest for told in old})
     surveys = Surveys(columns, error)

@@ -9,7 +9,7 @@ from pathlib import Path
 from objstate.building.assembly import load_building
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_path
-from objstate.building.writing import building_folder, check_target
+from objstate.building.writing import building_folder, check_output
 from objstate.errors import BuildingError
 from objstate.interchange.imported import Notes
 from objstate.interchange.to_map import write_occupancy
@@ -63,7 +63,7 @@ def export_building(
             f"The resolution is {options.resolution:g} m; give one from {FINEST:g} to 1 m."
         )
     out = Path(out_dir)
-    check_target(out, overwrite)
+    check_output(out, overwrite, urdf)
     building, notes = load_building(urdf), Notes()
     with building_folder(out) as made:
         WRITERS[to](made, building, options, notes)

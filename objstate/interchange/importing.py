@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from objstate.building.model import Building
-from objstate.building.writing import check_target, write_buildings
+from objstate.building.writing import check_output, write_buildings
 from objstate.errors import BuildingError
 from objstate.interchange.ifc import import_ifc
 from objstate.interchange.imported import Imported, Notes, file_name, unused_name
@@ -59,7 +59,7 @@ def import_building(
     Raises BuildingError, and ResultError if they can't be written.
     """
     source, out = Path(path), Path(out_dir)
-    check_target(out, overwrite)
+    check_output(out, overwrite, source)
     if source.suffix.lower() not in READERS:
         raise BuildingError(
             f"{source} has the ending '{source.suffix}', which is not imported; give one of "

@@ -14,8 +14,10 @@ from PIL import Image
 from objstate.building import building_from_map, load_building, outline
 from objstate.building.door_table import SENSE, Door, door_rows, read_doors
 from objstate.building.model import Kind
+from objstate.building.written import list_files
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
+from objstate.interchange import export_building
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
@@ -369,6 +371,22 @@ def test_files_of_others_are_never_overwritten(tmp_path: Path, names: tuple[str,
     with pytest.raises(BuildingError, match=r"has no \.objstate\.json"):
         building_from_map(save(tmp_path, plan()), None, own, overwrite=True)
     assert {path.name for path in own.iterdir()} == set(names)
+
+
+def test_inputs_and_what_a_person_decided_are_never_overwritten(tmp_path: Path) -> None:
+    source, out = save(tmp_path, plan()), tmp_path / "out"
+    urdf = building_from_map(source, None, out)
+    (out / "decisions.json").write_text('{"doors": []}')
+    list_files(out)
+    with pytest.raises(BuildingError, match=r"decisions\.json holds what a person decided"):
+        building_from_map(source, None, out, overwrite=True)
+    (out / "decisions.json").unlink()
+    export_building(urdf, tmp_path / "map", "map")
+    with pytest.raises(BuildingError, match=r"plan\.yaml lies in .*give another --out"):
+        building_from_map(tmp_path / "map" / "plan.yaml", None, tmp_path / "map", overwrite=True)
+    with pytest.raises(BuildingError, match=r"plan\.urdf lies in .*give another --out"):
+        export_building(urdf, out, "map", overwrite=True)
+    assert urdf.exists()
 
 
 def test_a_building_without_a_list_of_its_files_is_known_by_its_urdf(tmp_path: Path) -> None:
