@@ -82,6 +82,16 @@ class Description:
     joints: Mapping[str, Joint]
 
 
+def urdf_of(path: Path) -> Path:
+    """The URDF of a building's folder, or ``path`` if it is no folder. Raises BuildingError."""
+    if not path.is_dir():
+        return path
+    models = sorted(path.glob("*.urdf"))
+    if len(models) != 1:
+        raise BuildingError(f"{path} holds {len(models)} URDF files; give the building's.")
+    return models[0]
+
+
 def read_description(path: Path, refuse: Refuse) -> Description:
     """The links and joints of a URDF file.
 

@@ -44,7 +44,10 @@ def learn(
     ] = None,
     building: Annotated[
         Path | None,
-        typer.Option(metavar="URDF", help="Learn where a building's walls and doors are."),
+        typer.Option(
+            metavar="URDF",
+            help="Learn where a building's walls and doors are; its folder will do.",
+        ),
     ] = None,
     jobs: Annotated[
         int | None,
@@ -68,15 +71,21 @@ def learn(
 
     With --building, walls, lasers, hinges, closed bearings and fixed furniture are adjusted to all
     drives, which are of one robot. Estimates start from their deviations. Apply the mountings with
-    --calibration. A folder that was learnt before is gone on from.
+    --calibration. A folder that was learnt of the same building before is gone on from. With --map,
+    all drives are given at once.
     """
     from objstate.config import load_settings
     from objstate.discovery import learn_doors
     from objstate.run import RunOptions
 
-    if (map_yaml is None) == (building is None):
+    if map_yaml is None and building is None:
         raise SettingsError(
             "Give --map to find doors, or --building to learn where walls and doors are."
+        )
+    if map_yaml is not None and building is not None:
+        raise SettingsError(
+            "--map finds doors in a map, --building learns where those of a building are; leave one "
+            "of them out."
         )
 
     options = RunOptions(
@@ -109,12 +118,13 @@ def _refine(
     quiet: bool,
 ) -> None:
     """Learn where a building's walls and doors are."""
+    from objstate.building.urdf import urdf_of
     from objstate.discovery import refine_building
 
     with progress_bar("Learning from drives", quiet) as report:
         refined = refine_building(
             logs,
-            building,
+            urdf_of(building),
             out,
             options,
             jobs=jobs,

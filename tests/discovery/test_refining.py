@@ -181,6 +181,15 @@ def test_it_goes_on_from_what_it_knows(
     together, by_turns = tmp_path / "together", tmp_path / "by_turns"
     run(*LEARN, *logs[:3], "--building", model, "--out", together, "--jobs", 1)
     run(*LEARN, *logs[:2], "--building", model, "--out", by_turns, "--jobs", 1)
+    known = (by_turns / "learn.json").read_bytes()
+    own = run(*LEARN, logs[2], "--building", by_turns, "--out", by_turns, "--overwrite")
+    assert own.code == 1
+    assert "hall.urdf lies in" in own.err
+    (by_turns / "notes.txt").write_text("mine")
+    refused = run(*LEARN, logs[2], "--building", model, "--out", by_turns)
+    assert "objstate didn't write" in refused.err
+    (by_turns / "notes.txt").unlink()
+    assert (by_turns / "learn.json").read_bytes() == known
     run(*LEARN, logs[2], logs[0], "--building", model, "--out", by_turns)  # one it knows already
     words = [json.loads((each / "learn.json").read_text()) for each in (together, by_turns)]
     assert len(words[1]["drives"]) == 3
@@ -267,9 +276,15 @@ def stands_in(hall: Building) -> float:
 def test_it_says_what_is_wrong(run: Run, drives: tuple[Path, list[Path]], tmp_path: Path) -> None:
     model, logs = drives
     out = tmp_path / "out"
-    both = run(*LEARN, logs[0], "--out", out)
-    assert (both.code, out.exists()) == (1, False)
-    assert "--map" in both.err
+    neither = run(*LEARN, logs[0], "--out", out)
+    assert (neither.code, out.exists()) == (1, False)
+    assert "Give --map" in neither.err
+    both = run(*LEARN, logs[0], "--out", out, "--map", "map.yaml", "--building", model)
+    assert both.code == 1
+    assert "leave one of them out" in both.err
+    into = run(*LEARN, logs[0], "--building", model, "--out", model.parent, "--overwrite")
+    assert into.code == 1
+    assert "won't be overwritten" in into.err
     out.mkdir()
     (out / "learn.json").write_text("{nothing")
     damaged = run(*LEARN, logs[0], "--building", model, "--out", out)
