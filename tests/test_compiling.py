@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -98,6 +100,18 @@ def test_loops_compiled_by_one_process_and_by_several_give_the_same_bytes(
     simulate(ROOT / "benchmarks/scenes/room.scene.yaml", tmp_path / "room", seed=3)
     desks = tmp_path / "room/log.mcap", ROOT / "benchmarks/scenes/room.urdf"
     assert estimated(tmp_path / "4", *desks, cores=2, to=15)[2] == 0
+
+
+def test_every_loop_of_the_package_is_compiled_beforehand() -> None:
+    listed = {loop for group in GROUPS for loop in group}
+    for path in (ROOT / "objstate").rglob("*.py"):
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        if not re.search(r"^from objstate\.compiling import .*\bnjit\b", path.read_text(), re.M):
+            continue
+        for each in vars(importlib.import_module(name)).values():
+            is_own = hasattr(each, "py_func") and each.py_func.__module__ == name
+            if is_own and "forceinline" not in each.targetoptions:
+                assert each in listed, f"{name}.{each.__name__}"
 
 
 def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> None:
@@ -205,12 +219,13 @@ def test_a_stored_loop_is_compiled_anew_when_what_it_takes_in_changed(
 ) -> None:
     source = tmp_path / "loop.py"
     source.write_text("def twice(x):\n    return 2.0 * x\n")
-    hits = []
+    hits, loops = [], []
     for digest in ("before", "before", "after", "after"):
         monkeypatch.setattr(compiling, "digest_of", lambda _, digest=digest: digest)
         words: dict[str, Any] = {"__name__": "loop"}
         exec(compile(source.read_text(), str(source), "exec"), words)
         loop: Any = njit()(words["twice"])
+        loops.append(loop)  # numba finds the module of a stored loop by those that live
         assert loop(2.0) == 4.0
         hits.append(sum(loop.stats.cache_hits.values()))
     assert hits == [0, 1, 0, 1]

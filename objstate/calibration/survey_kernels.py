@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import called_with, njit
 from objstate.geometry import FloatArray, IntArray
 
 
+@called_with("f2 f1 f1 i1 i2 i1 i f3 f2 f3 f2")
 @njit(nogil=True, error_model="numpy")
 def sums(
     over: FloatArray,

@@ -12,12 +12,18 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Any
 
+from objstate.calibration import survey_kernels as survey
 from objstate.compiling import types_of
+from objstate.discovery import kernels as doors
+from objstate.discovery import surfaces
+from objstate.gaze import kernels as gaze
+from objstate.gaze.field import kernels as head
 from objstate.grid import rasters as grid
 from objstate.habits import kernels as habits
 from objstate.localization import pose_update as pose
 from objstate.localization import samples as robot
 from objstate.localization import tables as search
+from objstate.maintenance import check_kernels as checks
 from objstate.objects import components, lattice, repeats
 from objstate.objects import exchange_kernels as exchange
 from objstate.objects import latch_kernels as latch
@@ -25,12 +31,13 @@ from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
 from objstate.particles import reweighting as particles
 from objstate.sensing import circles as sight
-from objstate.sensing import front_to_back, likelihood, pieces, projection
+from objstate.sensing import front_to_back, likelihood, pieces, projection, segments
 from objstate.sensing import sweeps as scans
 
 Group = tuple[Any, ...]  # loops that share much of what they call, so that one process has them
 
-# groups that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
+# groups that every run needs; the others are of furniture, of wide beliefs, of grids and of habits,
+# of learning buildings, and of choosing where to look
 EVERY_RUN = 12
 
 GROUPS: tuple[Group, ...] = (  # those that take longest come first
@@ -50,7 +57,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
         *(particles.normalize, particles.largest_step, particles.systematic),
     ),
     (likelihood.object_log_likelihood, projection.cast),
-    (habits.forward,),
+    (habits.forward, habits.sampled),
     (components.arrive, components.densities, components.merge, components.meeting),
     (lattice.predict, lattice.condition, lattice.worth_casting),
     (furniture.moments, furniture.offsets, furniture.lie_on, robot.moved),
@@ -60,6 +67,15 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
         *(grid.entropies, grid.entropies_from_table, grid.entropies_by_series),
         *(grid.draw_obstacles, grid.draw_beams, grid.cover),
     ),
+    (
+        *(doors.leaf_gain, doors.background_log_likelihood, doors.enter_unknown, doors.chain),
+        *(doors.nearest_line, doors.crossed, doors.through, doors.off_drawn, doors.shown_along),
+        *(doors.stretches, doors.free_way),
+    ),
+    (surfaces.cast, surfaces.offsets, surfaces.displace, survey.sums),
+    (segments.cast, scans.log_likelihoods),
+    (checks.sector, checks.ranges_of, checks.check, gaze.gains_along, gaze.in_sight),
+    (head.along_rays, head.mark_looked, head.mean_views, head.follow_maxima, head.panorama),
     (likelihood.scan_log_likelihood, scans.lasting, scans.with_trigonometry, scans.ends),
 )
 

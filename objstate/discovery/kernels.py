@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 ORIGIN_X, ORIGIN_Y, DIRECTION_X, DIRECTION_Y, RANGE, PAST, REACH, SHORT, UNKNOWN, _ROWS = range(10)
@@ -60,6 +60,7 @@ def densities(
     return total
 
 
+@called_with("f2 b2 f1 f f1")
 @_compile
 def enter_unknown(
     beams: FloatArray, known: BoolArray, corner: FloatArray, cells: float, out: FloatArray
@@ -86,6 +87,7 @@ def enter_unknown(
                 break
 
 
+@called_with("f2 f2 i1 f1 f1")
 @_compile
 def background_log_likelihood(
     beams: FloatArray, expected: FloatArray, group: IntArray, model: FloatArray, out: FloatArray
@@ -95,6 +97,7 @@ def background_log_likelihood(
         out[group[j]] += np.log(densities(beams, j, expected, np.inf, model))
 
 
+@called_with("f2 f2 i1 f2 f f1 f2")
 @_compile
 def leaf_gain(
     beams: FloatArray,
@@ -140,6 +143,7 @@ def leaf_gain(
             out[m, group[j]] += np.log(met * there / without + 1.0 - met)
 
 
+@called_with("f2 f2 i1 f1 i f i1 f1")
 @_compile
 def nearest_line(
     ends: FloatArray,
@@ -168,6 +172,7 @@ def nearest_line(
             of[j], aside[j] = number, off
 
 
+@called_with("f2 f2 f1 f1 f1 f f i1 f1 f1")
 @_compile
 def crossed(
     origins: FloatArray,
@@ -205,6 +210,7 @@ def crossed(
     return count
 
 
+@called_with("f2 f2 f1 i1 i1 f1 f i1 f1")
 @_compile
 def through(
     origins: FloatArray,
@@ -238,6 +244,7 @@ def through(
     return count
 
 
+@called_with("f2 f2 f2 f1 f1")
 @_compile
 def chain(
     first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray, out: FloatArray
@@ -279,6 +286,7 @@ def _quantile(ordered: FloatArray, share: float) -> Any:
     return ordered[low] + (place - low) * (ordered[high] - ordered[low])
 
 
+@called_with("f2 f1 f f1 f f f1")
 @_compile
 def off_drawn(
     away: FloatArray,
@@ -314,6 +322,7 @@ def off_drawn(
             out[a] += (end / (stds[2] if end > 0.0 else stds[3])) ** 2
 
 
+@called_with("f2 f2 f1 f b3")
 @_compile
 def shown_along(
     points: FloatArray, hinges: FloatArray, bearings: FloatArray, size: float, out: BoolArray
@@ -337,6 +346,7 @@ def shown_along(
                     out[h, t, far] = True
 
 
+@called_with("f1 f f f2 f2")
 @_compile
 def stretches(
     told: FloatArray, leaves: float, begins: float, before: FloatArray, after: FloatArray
@@ -364,6 +374,7 @@ def stretches(
         after[k, 0], after[k, 1] = wall / (wall + other), other / (wall + other)
 
 
+@called_with("f2 f1 f i f f i")
 @_compile
 def free_way(
     cells: FloatArray,

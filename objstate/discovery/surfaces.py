@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.discovery.kernels import (
     DIRECTION_X,
     DIRECTION_Y,
@@ -31,6 +31,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
+@called_with("f2 f2 f f1 i1")
 @_compile
 def cast(
     beams: FloatArray, segments: FloatArray, aside: float, out: FloatArray, met: IntArray
@@ -68,6 +69,7 @@ def _where(beams: FloatArray, j: int, segment: FloatArray, way: float, aside: fl
     return (x * ux + y * uy) / (length * length) - 0.5, abs(dx * uy - dy * ux) / length
 
 
+@called_with("f2 f2 f1 i1 f1 f1 f2")
 @_compile
 def offsets(
     beams: FloatArray,
@@ -106,6 +108,7 @@ def offsets(
         out[k, 1] = (a * sums[k, 4] - b * sums[k, 3]) / determinant
 
 
+@called_with("f2 f2 f i1 f2 f1")
 @_compile
 def displace(
     beams: FloatArray,

@@ -197,6 +197,7 @@ def _nearest(
     And (n,) how far to its left they lie, m.
     """
     of, aside = np.full(len(ends), -1), np.full(len(ends), near)
+    ends, directions = np.ascontiguousarray(ends), np.ascontiguousarray(directions)
     for number, line in enumerate(lines):
         about = nearby.strip(line.start, line.at(line.length), near)
         kernels.nearest_line(ends, directions, about, _table(line), number, steep, of, aside)

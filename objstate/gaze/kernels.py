@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import called_with, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 
+@called_with("f2 f2 f1 f3 i1 f f f f b b2 f1")
 @njit(nogil=True)
 def gains_along(
     means: FloatArray,  # (n, 2)
@@ -49,6 +50,7 @@ def gains_along(
         out[a] = gain
 
 
+@called_with("f2 f1 f2 f2 f1 b2")
 @njit(nogil=True)
 def in_sight(
     poses: FloatArray,  # (k, 3) of the laser

@@ -191,6 +191,7 @@ def _over(
     return passes
 
 
+@called_with("f2 f3 f3 i1 f1 i1 f2 f1 f2 i1")
 @_compile
 def sampled(
     rates: FloatArray,

@@ -72,6 +72,6 @@ def _sampled(forecast: Forecast, cut: Steps, looks: RegionLooks, begin: int) -> 
     for draw in range(draws):
         filtered[0] = start[draw]
         dice = np.random.default_rng([SEED, draw]).random(len(cut.keys))
-        process = of.rates[draw], of.right[draw], of.left[draw]
+        process = of.rates[draw], of.right[draw], np.ascontiguousarray(of.left[draw])
         kernels.sampled(*process, *cut, likelihood, dice, filtered, out[draw])
     return out

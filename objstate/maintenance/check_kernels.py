@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
 
 X, Y, COS, SIN = range(4)
@@ -21,6 +21,7 @@ BELIEVED, ELSEWHERE, ABSENT = range(3)
 _inner = inner(nogil=True, error_model="numpy")
 
 
+@called_with("f1 f2 f f f1")
 @njit(nogil=True, error_model="numpy")
 def sector(
     laser: FloatArray,  # (4,) x, y, cos, sin of its pose
@@ -115,6 +116,7 @@ def _outline_at(x: float, y: float, dx: float, dy: float, outline: FloatArray) -
     return least
 
 
+@called_with("f1 f1 f2 f2 f2")
 @njit(nogil=True, error_model="numpy")
 def ranges_of(
     laser: FloatArray,  # (4,)
@@ -155,6 +157,7 @@ def _by_hypothesis(
     out[ABSENT] = tempering * totals[states]
 
 
+@called_with("f1 f1 f1 f1 f2 i1 f2 f f2 f1 i1 f1 f f1 f1 f1")
 @njit(nogil=True, error_model="numpy")
 def check(
     laser: FloatArray,  # (4,) x, y, cos, sin of its pose

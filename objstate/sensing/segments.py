@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
 
 SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
@@ -25,6 +25,7 @@ def hit(x: float, y: float, dx: float, dy: float, segment: FloatArray) -> Any:
     return distance if distance >= 0.0 else np.inf
 
 
+@called_with("f2 f2")
 @njit(nogil=True, error_model="numpy")
 def cast(rays: FloatArray, segments: FloatArray) -> FloatArray:
     """Distances (n,) along rays (n, 4), each an origin and a unit vector, to segments (k, 4)."""

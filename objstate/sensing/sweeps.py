@@ -327,6 +327,7 @@ def density(measured: float, short: float, expected: float, model: FloatArray) -
     return p
 
 
+@called_with("f1 f1 f2 f1 f2")
 @_compile
 def log_likelihoods(
     measured: FloatArray,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
 
 Plane = NDArray[np.float32]
@@ -19,6 +19,7 @@ Plane = NDArray[np.float32]
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
+@called_with("i i f f f2 f g1 g1 g1 g1 f f f f i b g2 g2")
 @_compile
 def along_rays(
     columns: int,
@@ -63,6 +64,7 @@ def along_rays(
                 through *= 1.0 - opaque[cell]
 
 
+@called_with("i i f f f2 i i f g1")
 @_compile
 def mark_looked(
     columns: int,
@@ -85,6 +87,7 @@ def mark_looked(
             looked[int(y) * columns + int(x)] = now
 
 
+@called_with("i i g1 f2 f2 f2 f1")
 @_compile
 def mean_views(
     columns: int,
@@ -125,6 +128,7 @@ def _better(
     return better and bits >= other_bits and weight >= other_weight
 
 
+@called_with("i g1 f1 j1 f j1")
 @_compile
 def follow_maxima(
     columns: int,
@@ -169,6 +173,7 @@ def follow_maxima(
         particles[at] = cell
 
 
+@called_with("i i g1 f f f2 f1 f1 f2 f2")
 @_compile
 def panorama(
     columns: int,
