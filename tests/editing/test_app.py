@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from objstate.building import load_building
+from objstate.building.written import list_files
 from objstate.editing.app import edit_app, serve
 from objstate.editing.rows import Edits
 from objstate.editing.saving import save
@@ -133,6 +134,7 @@ def test_a_folder_that_another_process_changed_is_not_written(
 def test_a_folder_that_cannot_be_read_any_more_is_told(folder: Path) -> None:
     app = edit_app(subject_of(folder), NOWHERE)
     (folder / "decisions.json").write_text("no json")
+    list_files(folder)
     status, text = ask(app, "/")
     assert status == 500
     assert "decisions.json can't be read" in text

@@ -214,6 +214,7 @@ def test_what_is_not_edited_stays_in_the_folder(folder: Path) -> None:
     kept = {name: f"{name}\r\n".encode() for name in (CALIBRATION, LEARN_FILE, REPORT_FILE)}
     for name, content in kept.items():
         (folder / name).write_bytes(content)
+    list_files(folder)
     subject = subject_of(folder / "room.urdf")
     save(subject, Edits(doors=[*subject.rows, added()]))
     assert {name: (folder / name).read_bytes() for name in kept} == kept
@@ -226,6 +227,7 @@ def test_the_table_keeps_candidates_and_what_drives_told_of_doors(folder: Path) 
         "sure,1,4,180,ccw,0.8,90,0.7,0.5,0.02,0.3,0.04,hinged\n"
         "unsure,5,4,180,ccw,0.8,90,0.2,0.5,0.03,0.4,0.05,hinged\n"
     )
+    list_files(folder)
     subject = subject_of(folder)
     left, sure, unsure = subject.rows
     accepted = {"decision": "accepted"}

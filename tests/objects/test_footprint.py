@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.building.model import Mesh
+from objstate.errors import QueryError
 from objstate.objects import ObjectBelief
 from objstate.objects.footprint import footprint, motions, silhouette
 from objstate.particles import Weights
@@ -64,7 +65,7 @@ def test_of_a_door_it_is_the_swept_area() -> None:
 
 def test_a_probability_that_is_none_is_refused() -> None:
     for share in (0.0, -0.1, 1.1, float("nan")):
-        with pytest.raises(ValueError, match="above 0 and at most 1"):
+        with pytest.raises(QueryError, match="above 0 and at most 1"):
             samples(0.1).footprint(share)
 
 
