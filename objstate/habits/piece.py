@@ -93,7 +93,7 @@ class PieceSite(Factor[Moves]):
     squares: FloatArray  # (k, 3) summed squared distances of arrivals from them
     arrivals: FloatArray  # (k,) how often it came there, or stood there at first
     taken: float = 0.0  # how often it was taken away
-    last: Sighting | None = None
+    last: Sighting | None = None  # where it stands by all looks since it came, at the latest
 
     @staticmethod
     def empty(seasons: bool = False) -> PieceSite:
@@ -184,15 +184,18 @@ class PieceSite(Factor[Moves]):
                 expected = float(rates @ seconds[-1])
                 moved = odds[-1] * -math.expm1(-expected) > math.exp(-expected)
             if moved:
-                site = site._arrived(each, elsewhere(None), nearest)
+                stood = None if last is None else last.state
+                site = site._arrived(each, elsewhere(stood), nearest)
+            else:
+                site = site._seen_again(each, nearest)
             first = each.stamp_ns if site.first_ns is None else min(each.stamp_ns, site.first_ns)
-            site = replace(site, last=each, looks=site.looks + 1, first_ns=first)
+            site = replace(site, looks=site.looks + 1, first_ns=first)
         return site, Spans(self.design, np.array(seconds), np.array(odds))
 
     def _arrived(self, seen: Sighting, elsewhere: Places, nearest: Nearest) -> PieceSite:
         """The site whose piece came to where it is seen: to the most probable place, or to a new one."""
         if seen.state is None:
-            return replace(self, taken=self.taken + 1.0)
+            return replace(self, taken=self.taken + 1.0, last=seen)
         new = NEW * elsewhere.density(seen, nearest)
         known = self.arrivals * self.stood.densities(seen, nearest)
         if not len(known) or known.max() < new:
@@ -201,6 +204,7 @@ class PieceSite(Factor[Moves]):
                 middles=np.vstack([self.middles, seen.state]),
                 squares=np.vstack([self.squares, np.zeros(3)]),
                 arrivals=np.append(self.arrivals, 1.0),
+                last=seen,
             )
         k = int(np.argmax(known))
         middles, squares, arrivals = self.middles.copy(), self.squares.copy(), self.arrivals.copy()
@@ -209,7 +213,26 @@ class PieceSite(Factor[Moves]):
         squares[k] += off**2 * (1.0 - 1.0 / arrivals[k])
         middles[k] += off / arrivals[k]
         middles[k, 2] = wrap(middles[k, 2])
-        return replace(self, middles=middles, squares=squares, arrivals=arrivals)
+        return replace(self, middles=middles, squares=squares, arrivals=arrivals, last=seen)
+
+    def _seen_again(self, seen: Sighting, nearest: Nearest) -> PieceSite:
+        """The site whose piece is seen where it has stood since it came, which is known better then."""
+        last = self.last
+        assert last is not None
+        if last.state is None or seen.state is None:
+            return replace(self, last=replace(last, stamp_ns=seen.stamp_ns))
+        gain = last.variance / (last.variance + seen.variance + REPEATED**2)
+        change = gain * _off(seen.state, last.state[None], nearest)[0]
+        state = last.state + change
+        state[2] = wrap(state[2])
+        k = int(np.argmax(self.arrivals * self.stood.densities(last, nearest)))
+        middles, squares = self.middles.copy(), self.squares.copy()
+        off = _off(last.state, middles[k : k + 1], nearest)[0]
+        middles[k] += change / self.arrivals[k]
+        middles[k, 2] = wrap(middles[k, 2])
+        squares[k] += change * (2.0 * off + change * (1.0 - 1.0 / self.arrivals[k]))
+        known = Sighting(seen.stamp_ns, state, (1.0 - gain) * last.variance)
+        return replace(self, middles=middles, squares=squares, last=known)
 
 
 def shared(others: Sequence[PieceSite], settings: Places) -> Places:

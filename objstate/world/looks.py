@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from objstate.objects import ObjectBelief
 from objstate.world.changes import contradict
@@ -72,6 +73,13 @@ class Looks:
             for belief in (*self._kept, *(look.latest for look in self._looks.values()))
         }
         return [by_moment[moment] for moment in sorted(by_moment)]
+
+
+def ends_of_looks(beliefs: Iterable[ObjectBelief]) -> list[ObjectBelief]:
+    """Of the beliefs of one object, in time order, the last of each look at it."""
+    seen = [each for each in beliefs if each.last_observed_ns == each.stamp_ns is not None]
+    ends = [now for now, then in pairwise(seen) if _stamp(then) - _stamp(now) > LOOK_ENDS_NS]
+    return ends + seen[-1:]
 
 
 def _begun(belief: ObjectBelief) -> _Look:

@@ -14,6 +14,7 @@ from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.objects import ObjectBelief
 from objstate.objects.furniture import SampleFilter
 from objstate.records import NANOSECONDS
+from objstate.world.looks import ends_of_looks
 
 if TYPE_CHECKING:
     from objstate.world.world import World
@@ -41,12 +42,12 @@ def form_of(filter_: SampleFilter) -> str:
 def sightings(beliefs: Iterable[ObjectBelief]) -> list[Sighting]:
     """What beliefs at the ends of looks tell of where a piece stands, in their order.
 
-    Looks that didn't decide it are left out.
+    Beliefs are in time order. Looks that didn't decide it are left out, and so are beliefs from
+    within a look: while it is being moved, it stands nowhere.
     """
     found = []
-    for belief in beliefs:
-        if belief.stamp_ns is None or belief.last_observed_ns != belief.stamp_ns:
-            continue
+    for belief in ends_of_looks(beliefs):
+        assert belief.stamp_ns is not None  # it was observed
         if belief.presence <= AWAY:
             found.append(Sighting(belief.stamp_ns, None, np.zeros(3)))
         elif belief.presence > THERE and (belief.std < PLACED).all():

@@ -1,5 +1,6 @@
 """How often furniture is moved, and to which places."""
 
+import math
 from datetime import date
 
 import numpy as np
@@ -11,7 +12,7 @@ from objstate.geometry import FloatArray
 from objstate.habits.building import PieceHabits
 from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.moves import MoveDesign, Moves, Spans
-from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
+from objstate.habits.piece import REPEATED, PieceSite, Places, Sighting, beside, shared
 from objstate.habits.summary import week_moves
 
 HOUR = 3600 * NANOSECONDS
@@ -92,6 +93,61 @@ def test_drive_after_drive_tells_about_what_all_tell_together() -> None:
     assert site.arrivals.tolist() == all_.arrivals.tolist()
     rates = [week_moves(of(each), NEXT).moves_per_day.value for each in (site, all_)]
     assert rates[0] == pytest.approx(rates[1], rel=0.6)
+
+
+def nudged(state: FloatArray | None) -> Places:
+    """As often near where it stood as anywhere."""
+    if state is None:
+        return ROOM
+    near = Places(np.ones(1), state[None], np.array([[0.1, 0.1, math.radians(20.0)]]) ** 2, 0.0)
+    return Places.mixed([(1.0, near), (1.0, ROOM)])
+
+
+def turned(hour: float, degrees: float, std: float) -> Sighting:
+    """A piece that stands at a yaw, as a look told by so many degrees."""
+    state = np.array([5.0, -0.4, math.radians(degrees)])
+    variance = np.array([0.005, 0.005, math.radians(std)]) ** 2
+    return Sighting(MONDAY + round(hour * HOUR), state, variance)
+
+
+def test_a_turn_is_a_move_however_unsure_the_looks_meanwhile_were() -> None:
+    looks = [turned(8, 172.0, 0.3), turned(9, 172.0, 0.3), turned(10, 166.0, 7.0)]
+    looks += [turned(11, 158.0, 7.0), turned(12, 150.0, 7.0)]
+    looks += [turned(13, 142.0, 0.4), turned(14, 142.0, 0.4)]
+    site = PieceSite.fitted_to(Calendar(), looks, nudged, as_it_is)
+    assert site.arrivals.tolist() == [1.0, 1.0]
+    assert np.degrees(site.middles[:, 2]) == pytest.approx([172.0, 142.0], abs=2.0)
+    still = [turned(hour, 172.0, 0.3) for hour in range(8, 15)]
+    same = PieceSite.fitted_to(Calendar(), still, nudged, as_it_is)
+    span = MONDAY + 24 * HOUR, MONDAY + 48 * HOUR
+    assert of(site).stays(*span) < 0.5 * of(same).stays(*span)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_drives_differ_by_is_no_move(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    looks = []
+    for hour in range(0, 21 * 24, 6):
+        sure = rng.choice([0.2, 1.0])  # some looks are far less sure
+        std = np.array([0.02, 0.02, math.radians(7.0)]) * sure
+        off = np.hypot(REPEATED / math.sqrt(2.0), std) * rng.standard_normal(3)
+        looks.append(Sighting(MONDAY + hour * HOUR, HERE + off, std**2))
+    site = PieceSite.fitted_to(Calendar(), looks, nudged, as_it_is)
+    assert site.arrivals.tolist() == [1.0]
+    assert np.abs(site.middles[0] - HERE).max() < 0.05
+
+
+def test_a_place_is_where_all_looks_at_a_stay_saw_the_piece() -> None:
+    looks = [turned(1, 130.0, 10.0)] + [turned(hour, 140.0, 0.3) for hour in range(2, 6)]
+    site = PieceSite.fitted_to(Calendar(), looks, nudged, as_it_is)
+    assert np.degrees(site.middles[:, 2]) == pytest.approx([140.0], abs=0.5)
+    assert site.squares == pytest.approx(np.zeros((1, 3)), abs=1e-12)
+    away = turned(6, 0.0, 0.3)
+    back = [turned(hour, 146.0, 0.3) for hour in range(7, 9)]
+    again = PieceSite.fitted_to(Calendar(), [*looks, away, *back], nudged, as_it_is)
+    assert again.arrivals.tolist() == [2.0, 1.0]
+    assert math.degrees(again.middles[0, 2]) == pytest.approx(143.0, abs=0.5)
+    assert math.degrees(again.squares[0, 2] ** 0.5) == pytest.approx(18.0**0.5, abs=0.5)
 
 
 def test_looks_of_the_past_tell_nothing_of_moves() -> None:

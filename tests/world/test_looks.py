@@ -2,7 +2,10 @@
 
 from itertools import pairwise
 
-from objstate.world.looks import LOOK_ENDS_NS, LOOK_LASTS_NS, Looks
+import pytest
+
+from objstate.world.looks import LOOK_ENDS_NS, LOOK_LASTS_NS, Looks, ends_of_looks
+from objstate.world.moving import sightings
 from tests.world.examples import SECOND, at_angle, desk_at
 
 
@@ -61,3 +64,16 @@ def test_of_a_look_in_which_the_door_moves_both_sides_are_kept() -> None:
     seen(looks, range(10, 20), angle=1.2)
     assert kept_at(looks) == [9, 10, 19]
     assert [round(b.mean[0], 1) for b in looks.beliefs] == [0.2, 1.2, 1.2]
+
+
+def test_while_it_is_moved_furniture_stands_nowhere() -> None:
+    looks = Looks(0)
+    for second in range(30):
+        x = 3.0 + 0.2 * min(max(second - 10, 0), 5)  # it is pushed from 10 to 15 s
+        looks.note([desk_at(x, second * SECOND, spread=0.01)])
+    looks.note([desk_at(4.0, 60 * SECOND, spread=0.01)])
+    assert len(looks.beliefs) > 4
+    ends = ends_of_looks(looks.beliefs)
+    assert [(belief.stamp_ns or 0) // SECOND for belief in ends] == [15, 29, 60]
+    where = [seen.state[0] for seen in sightings(looks.beliefs) if seen.state is not None]
+    assert where == pytest.approx([4.0, 4.0, 4.0], abs=0.01)
