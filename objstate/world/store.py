@@ -175,8 +175,8 @@ class WorldStore:
                     found.append(unpack_belief(row[2], world.objects[name], row[0], row[1]))
         return world.only(found)
 
-    def history(self, world: World, name: str, most: int) -> tuple[ObjectBelief, ...]:
-        """What was learnt of an object, in time order, at most the newest so many. Raises WorldError."""
+    def history(self, world: World, name: str, most: int | None = None) -> tuple[ObjectBelief, ...]:
+        """What was learnt of an object, in time order, the newest so many or all. Raises WorldError."""
         with self._database.reading() as connection:
             rows = connection.execute(_of(name, None).limit(most)).all()
         item = world.objects[name]
@@ -332,12 +332,13 @@ class WorldStore:
         ``add`` takes each drive in by itself, and does this for an object when it knows twice as many
         looks as the last time; some seconds each. Raises WorldError.
         """
-        world = self.load(settings, newest=names is not None)
-        chosen = list(world.objects) if names is None else list(names)
-        for name in chosen:
-            filter_, history = world.filter_of(name), world.history(name)
-            if history and (has_habits(filter_) or has_moves(filter_)):
-                with self._database.writing() as connection:
+        world = self.load(settings, newest=True)
+        for name in world.objects if names is None else names:
+            filter_ = world.filter_of(name)
+            if not (has_habits(filter_) or has_moves(filter_)):
+                continue
+            with self._database.writing() as connection:  # nobody adds looks that the fit lacks
+                if history := self.history(world, name):
                     refit(connection, world.settings, filter_, history)
 
     def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Any
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -118,9 +119,29 @@ def test_a_drive_expects_doors_to_move_by_day(store: WorldStore) -> None:
     assert drive_settings(replace(world, habits=None), 0) == world.settings
 
 
+BERLIN = Settings(calendar=CalendarSettings(timezone="Europe/Berlin"))
+
+
+def test_a_fit_has_the_looks_that_came_while_it_began(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, load = taught(open_store(tmp_path / "world.db", BUILDING), range(2)), WorldStore.load
+
+    def load_first(self: WorldStore, *args: Any, **chosen: Any) -> World:
+        monkeypatch.undo()
+        world = load(self, *args, **chosen)
+        taught(store, range(2, 3))
+        return world
+
+    monkeypatch.setattr(WorldStore, "load", load_first)
+    store.fit_habits()
+    known = store.load().habits
+    assert known is not None
+    assert known.sites["door"].looks == 3 * len(HOURS)
+
+
 def test_habits_are_told_by_the_clock_of_the_building(tmp_path: Path) -> None:
-    berlin = Settings(calendar=CalendarSettings(timezone="Europe/Berlin"))
-    store = taught(open_store(tmp_path / "world.db", BUILDING), range(3), berlin)
+    store = taught(open_store(tmp_path / "world.db", BUILDING), range(3), BERLIN)
     world = store.load()
     assert world.habits is not None
     assert world.habits.calendar.zone == ZoneInfo("Europe/Berlin")
