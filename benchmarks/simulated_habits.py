@@ -1,4 +1,4 @@
-"""Habits of a simulated building: ``python benchmarks/simulated_habits.py [--seeds A:B] [--figures]``
+"""Habits of a simulated building: ``python -m benchmarks.simulated_habits [--seeds A:B] [--figures | --drives]``
 
 *Doors*: offices whose owner comes at some hour of working days, goes for lunch and for many short walks,
 shuts the door or not by a habit of his own, and is away on some days; stores that are opened a few times
@@ -9,6 +9,10 @@ the door's state in the fifth, given a look so long before. All doors' habits ar
 *Figures*: the share of time that each door is closed and how often it is moved a day, as ``objstate world
 habits`` tells them, by the Gaussian posterior that predicts and by the mixture over levels. The truth
 is that of all five weeks.
+
+*Drives*: a world takes looks in one a drive. How far the probability of being closed, at each hour of
+the next week, is from the one by a fit to all looks, for an office, a store, the corridor's door and
+a door that stays shut.
 
 *Furniture*: chairs that are moved among places by day, two of which change places, and a table
 that is moved about once a month. Each is looked at as the doors are.
@@ -38,6 +42,7 @@ from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.forecast import Forecast
 from objstate.habits.levels import fit_levels
 from objstate.habits.looks import RegionLooks
+from objstate.habits.model import prior
 from objstate.habits.moves import MoveDesign
 from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.habits.site import RESTS, Site, fitted_site
@@ -49,6 +54,8 @@ NEXT = date(2026, 2, 9)  # after the last week
 DAY = 1440  # minutes
 TAUGHT, TESTED = 28, 7  # days
 LOOKS_A_DAY = (2, 4, 12)
+BOUNDS = (0.17,)  # rad, of a closed door
+SO_FAR = (6, 8, 11, 14, 18, 23, 29, 37, 47, 59)  # looks, each as many as may be before a fit
 HORIZONS = {"1 h": 60, "1 day": DAY, "no look": 0}
 OFFICES, STORES = 14, 4
 CHAIRS, PLACES = 6, 3
@@ -60,10 +67,15 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", default="1:4", help="A:B")
-    parser.add_argument("--figures", action="store_true", help="only those")
+    only = parser.add_mutually_exclusive_group()
+    only.add_argument("--figures", action="store_true", help="only those")
+    only.add_argument("--drives", action="store_true", help="only those")
     given = parser.parse_args()
     first, last = map(int, given.seeds.split(":"))
     seeds = range(first, last)
+    if given.drives:
+        table_of_drives(seeds)
+        return
     if not given.figures:
         tables(seeds)
     table_of_figures(seeds)
@@ -99,6 +111,43 @@ def table_of_figures(seeds: range) -> None:
             held = [f"{told[:, k].sum():.0f} of {len(told)}" for k in (0, 1)]
             cells = [f"{looks} looks a day, {name}", *held, f"{np.median(told[:, 2]):.1f}"]
             print(f"| {' | '.join(cells)} |")
+
+
+def table_of_drives(seeds: range) -> None:
+    """How far what drives told one after the other is from what all looks tell together."""
+    off = np.concatenate([apart(np.random.default_rng(seed)) for seed in seeds])
+    print(f"| looks so far | {' | '.join(map(str, SO_FAR))} |\n| --- |{' --- |' * len(SO_FAR)}")
+    for name, row in ((f"mean of {len(off)} doors", off.mean(0)), ("the worst door", off.max(0))):
+        print(f"| {name} | {' | '.join(f'{each:.3f}' for each in row)} |")
+
+
+def apart(rng: np.random.Generator) -> np.ndarray:
+    """(d, n) mean differences of P(closed) of doors after each of ``SO_FAR`` looks, each a drive."""
+    states = building(rng)
+    kept_shut = np.zeros_like(states[0])
+    chosen, out = (states[0], states[OFFICES], states[-1], kept_shut), []
+    for state in chosen:
+        at = np.sort(rng.choice(SO_FAR[-1] * DAY // 4, SO_FAR[-1], replace=False))  # 4 a day
+        looks = RegionLooks.certain((BEGIN + 60 * at) * NANOSECONDS, state[at], 2)
+        site, differences = Site.empty(BOUNDS), []
+        for k in range(len(looks)):
+            known, rests = looks.part(slice(k + 1)), np.zeros(RESTS)
+            site = site.with_looks(Calendar(), looks.part(slice(k, k + 1)), rests)
+            if site.due:
+                site = fitted_site(BOUNDS, Calendar(), known, rests)
+            if len(known) in SO_FAR:
+                both = site, fitted_site(BOUNDS, Calendar(), known, rests)
+                closed = [closed_by_hour(each, int(known.stamps_ns[-1])) for each in both]
+                differences.append(np.abs(closed[1] - closed[0]).mean())
+        out.append(differences)
+    return np.array(out)
+
+
+def closed_by_hour(site: Site, after_ns: int) -> np.ndarray:
+    """(168,) probability of being closed at each hour of a week from a day after a moment."""
+    forecast = site.forecast(Calendar(), site.posterior(prior(site.design)))
+    hours = after_ns + (24 + np.arange(7 * 24)) * 60 * MINUTE * NANOSECONDS
+    return np.array([forecast.regions(forecast.marginal(hour))[0] for hour in hours.tolist()])
 
 
 def doors(rng: np.random.Generator) -> np.ndarray:
@@ -149,7 +198,7 @@ def habits_of(
     sites: dict[str, Site] = {}
     for k, (state, at) in enumerate(zip(states, seen, strict=True)):
         looks = RegionLooks.certain(times[at] * NANOSECONDS, state[at], 2)
-        sites[str(k)] = fitted_site((0.17,), Calendar(), looks, np.zeros(RESTS))
+        sites[str(k)] = fitted_site(BOUNDS, Calendar(), looks, np.zeros(RESTS))
     return DoorHabits(Calendar(), sites, dict.fromkeys(sites, "hinged"))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from objstate.geometry import FloatArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import Design
-from objstate.habits.factor import F, Factor
+from objstate.habits.factor import FEWEST, F, Factor
 from objstate.habits.forecast import Forecast
 from objstate.habits.model import Gaussian, Parameters
 from objstate.habits.moves import Moves
@@ -25,7 +25,6 @@ from objstate.habits.site import Site
 from objstate.lazy import lazy
 
 BUILDING, CLASS = 0.4, 0.2  # shares of the prior's covariance; the remainder is the object's own
-FEWEST = 2  # looks at an object whose habits count
 Message = tuple[FloatArray, FloatArray]  # information (c, c) of what is common, and pull
 S = TypeVar("S", bound=Factor[Any])
 

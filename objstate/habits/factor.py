@@ -12,6 +12,10 @@ from objstate.geometry import FloatArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.model import Evidence, Gaussian, Parameters
 
+FEWEST = 2  # looks at an object whose habits count: one tells nothing of moves
+# Times as many looks as the last fit had, from which on there is another one. All fits of an object
+# together cost at most 1 / (1 - 1 / GROWN) = 5 times the last one.
+GROWN = 1.25
 NEGLIGIBLE = 1e-6  # information about a direction, in units of the prior's
 F = TypeVar("F")  # what foretells
 
@@ -35,6 +39,11 @@ class Factor(Generic[F]):
     @abstractmethod
     def forecast(self, calendar: Calendar, after: Gaussian) -> F:
         """What is foretold where its parameters are distributed so."""
+
+    @property
+    def due(self) -> bool:
+        """Whether so many looks were taken in in turn that it is to be fitted to all anew."""
+        return self.looks >= max(FEWEST, GROWN * self.fitted)
 
     @property
     def precision(self) -> FloatArray:

@@ -32,8 +32,6 @@ from objstate.world.habitual import (
 from objstate.world.moving import elsewhere, form_of, has_moves, sightings
 from objstate.world.schema import HABITS
 
-FIRST_FIT = 64  # looks from which on habits are fitted to all of them, again when twice as many
-
 
 def calendar_of(settings: CalendarSettings) -> Calendar:
     """By which clock, holidays and seasons habits are told."""
@@ -113,7 +111,7 @@ def learn(
         packed = None if row is None else row[1]
         site = _grown(calendar_of(settings.calendar), filter_, packed, seen)
         _write(connection, settings, name, site)
-        if site.looks >= max(FIRST_FIT, 2 * site.fitted):
+        if site.due:
             due.append(name)
     return due
 

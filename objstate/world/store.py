@@ -329,8 +329,8 @@ class WorldStore:
     ) -> None:
         """Fit the habits of some objects, by default all, to everything that was seen of them.
 
-        ``add`` takes each drive in by itself, and does this for an object when it knows twice as many
-        looks as the last time; some seconds each. Raises WorldError.
+        ``add`` takes each drive in by itself, and does this for an object when it knows a quarter more
+        looks than the last time; half a second each, of some hundred looks. Raises WorldError.
         """
         world = self.load(settings, newest=True)
         for name in world.objects if names is None else names:

@@ -120,6 +120,34 @@ def test_a_drive_expects_doors_to_move_by_day(store: WorldStore) -> None:
 
 
 BERLIN = Settings(calendar=CalendarSettings(timezone="Europe/Berlin"))
+WORKING_DAYS = (0, 1, 2, 3, 4, 7, 8, 9)
+TWENTY_PAST = (3 + 20 / 60, 12 + 20 / 60)  # UTC
+
+
+def seen_twice_a_day(store: WorldStore) -> WorldStore:
+    """A door that is closed at night and open by day, each look a drive."""
+    for day in WORKING_DAYS:
+        for hour, state in zip(TWENTY_PAST, (0.0, 1.4), strict=True):
+            stamp_ns = MONDAY + day * DAY + int(hour * HOUR)
+            entry = DriveEntry(f"day {day}, {hour:.0f} h", stamp_ns, stamp_ns, BERLIN)
+            assert store.add(entry, [at_angle(state, stamp_ns)])
+    return store
+
+
+def closed_at_night(world: World) -> float:
+    """Probability that the door is closed the next night, nobody having looked since."""
+    assert world.habits is not None
+    forecast = world.habits.forecast("door")
+    stamp_ns = MONDAY + (WORKING_DAYS[-1] + 1) * DAY + int(TWENTY_PAST[0] * HOUR)
+    return float(forecast.regions(forecast.marginal(stamp_ns))[0])
+
+
+def test_drives_one_by_one_tell_what_a_fit_to_all_tells(tmp_path: Path) -> None:
+    store = seen_twice_a_day(open_store(tmp_path / "world.db", BUILDING))
+    one_by_one = closed_at_night(store.load())
+    store.fit_habits()
+    assert one_by_one == pytest.approx(closed_at_night(store.load()), abs=0.05)
+    assert one_by_one > 0.85
 
 
 def test_a_fit_has_the_looks_that_came_while_it_began(
