@@ -15,6 +15,7 @@ from objstate.building.from_map import building_of_map
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, is_map, read_map
 from objstate.building.sidecar import sidecar_of_map, sidecar_text
+from objstate.building.urdf import urdf_of
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
 from objstate.editing.learnt import map_of_learnt
 from objstate.editing.merging import merged_rows
@@ -101,7 +102,7 @@ def _of_map(path: Path) -> Opened:
 
 def _of_building(path: Path) -> Opened:
     """A building, the map in which it was learnt, its sidecar, and warnings."""
-    urdf = _urdf(path)
+    urdf = urdf_of(path)
     building = load_building(urdf)
     plan, warnings = map_of_learnt(_folder(path), building)
     return building, plan, sidecar_text(urdf), warnings
@@ -120,15 +121,6 @@ def _target(path: Path, out: str | Path | None) -> Path:
             "where the edited building goes."
         )
     return folder
-
-
-def _urdf(path: Path) -> Path:
-    if not path.is_dir():
-        return path
-    models = sorted(path.glob("*.urdf"))
-    if len(models) != 1:
-        raise BuildingError(f"{path} holds {len(models)} URDF files; give the building's.")
-    return models[0]
 
 
 def _decisions(folder: Path) -> list[DoorRow]:
