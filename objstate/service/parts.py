@@ -170,10 +170,13 @@ class Parts:
         self._taught.note()
 
     def refresh(self) -> None:
-        """Look whether the world was taught, and tell who listens what is believed now."""
+        """Look whether the world was taught, and tell who listens what is believed now.
+
+        All processes look, and the one that leads tells.
+        """
         before = self.believed.now.world
         known = self.believed.refresh()
-        if known is None:
+        if known is None or not self.leadership.is_ours:
             return
         changed = [
             ("belief", belief_words(past[-1]) | {"revision": known.revision})

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import sqlite3
 import time
 import urllib.error
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +68,32 @@ def test_no_answer_is_older_than_what_was_acknowledged(serve: Serve) -> None:
         assert {each["last_observed_ns"] for each in told} == {learnt}
     service.ask("/v1/objects/door/history", method="DELETE")
     assert {each["last_observed_ns"] for each in asked_often(service, "/v1/objects/door")} == {None}
+
+
+def test_an_event_is_told_once_whoever_answered(serve: Serve) -> None:
+    service = serve(None, "--workers", "3")
+    stamps = []
+    for state in ("open", "closed", "open"):
+        report = {"source": "contact", "state": state, "reliability": 0.9}
+        learnt = service.ask("/v1/objects/door/evidence", report).json["last_observed_ns"]
+        stamps.append(learnt)
+        told = until_told(service, learnt)
+    time.sleep(2.5)  # in which each process looks once more
+    assert told_of(service) == told == stamps
+
+
+def until_told(service: Service, stamp_ns: int) -> list[int]:
+    deadline = time.monotonic() + PATIENCE_S
+    while stamp_ns not in (told := told_of(service)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    return told
+
+
+def told_of(service: Service) -> list[int]:
+    """When the door was looked at, by all events of beliefs, in order."""
+    query = "SELECT data FROM service_event WHERE kind = 'belief' ORDER BY id"
+    with closing(sqlite3.connect(service.folder / "world.db")) as connection:
+        return [json.loads(data)["last_observed_ns"] for (data,) in connection.execute(query)]
 
 
 def test_workers_end_when_their_parent_is_killed(serve: Serve) -> None:
