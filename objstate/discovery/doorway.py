@@ -29,7 +29,7 @@ STAYS, UNMOVED = 0.9, 0.5
 MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
-FILLED = 0.7  # of an opening's width that something covers which closes it
+FILLED_SHARE = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
 JAMB_SHOWN = 0.5  # m of wall beside an opening, whose readings are wall or what doors explain
@@ -67,6 +67,11 @@ class Doorway:
     def inward(self, start: FloatArray, bearing: float) -> FloatArray:
         """(2,) unit vector across a line, away from where the robot was."""
         return -self.side(start, bearing) * np.array([-np.sin(bearing), np.cos(bearing)])
+
+    def is_wall(self, leaf: FloatArray) -> bool:
+        """Whether a leaf (4,), with its hinge, bearing and width, is a piece of one of the walls."""
+        bearing, width = leaf[2:].tolist()
+        return any(wall.holds(leaf[:2], bearing, width) for wall in self.walls)
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """(groups,) of the looks, tempered, for expected distances (3, n) m beside the beams."""
@@ -305,14 +310,14 @@ class Cells:
     def fill(self, some: BoolArray, opening: Opening, share: float) -> bool:
         """Whether some of the cells (n,) close a share of an opening."""
         along, _ = beside(self.middles[some], opening.start, opening.bearing)
-        return self._covered(along) > FILLED * share * (opening.width - 2 * JAMB)
+        return self._covered(along) > FILLED_SHARE * share * (opening.width - 2 * JAMB)
 
     def has_jamb(self, some: BoolArray, opening: Opening, from_end: bool) -> bool:
         """Whether some of the cells (n,) show wall beside an opening, at its end or its start."""
         start, bearing = opening.jamb(from_end)
         along, aside = beside(self.middles[some], start, bearing)
         near = (along < JAMB) & (along > -JAMB_WALL) & (np.abs(aside) < DEEP)
-        return self._covered(along[near]) > FILLED * JAMB_WALL
+        return self._covered(along[near]) > FILLED_SHARE * JAMB_WALL
 
     def _covered(self, along: FloatArray) -> float:
         """How much of a line cells cover that lie so far along it (n,), m."""

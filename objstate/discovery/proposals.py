@@ -11,7 +11,14 @@ import numpy as np
 from objstate.building.door_table import SLIDES
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
-from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
+from objstate.discovery.doorway import (
+    DEEP,
+    FILLED_SHARE,
+    Cells,
+    Doorway,
+    background,
+    beside,
+)
 from objstate.discovery.scoring import (
     BEFORE,
     DRAWN,
@@ -160,7 +167,9 @@ class Backgrounds:
         taken |= on_leaf
         expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
         gained = self.as_is.log_likelihood - log_likelihood
-        return Behind(expected, log_likelihood, tuple(drawn), gained, cells.middles[~taken])
+        return Behind(
+            expected, log_likelihood, tuple(drawn), gained, self.as_is, cells.middles[~taken]
+        )
 
     def redrawn(self, leaves: Sequence[Leaf], behind: Behind) -> Behind | None:
         """Without what lies on leaves, where the map shows them; None where it shows none of them."""
@@ -199,7 +208,7 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
     for from_end, (share, width) in product((False, True), _widths(opening).items()):
         start, bearing = opening.jamb(from_end)
         for hinge, turn in _drawn(cells, start, bearing, place.inward(start, bearing), width):
-            if any(wall.holds(hinge, bearing + turn, width) for wall in place.walls):
+            if place.is_wall(np.array([*hinge, bearing + turn, width])):
                 continue
             drawn, leaf = _as_drawn(cells, opening, from_end, share, (hinge, turn, width))
             if not cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
@@ -217,7 +226,7 @@ def _as_drawn(
     """What a map shows in the place of a leaf, by its hinge, turn and width, and its cells."""
     hinge, turn, width = leaf
     on = cells.on_leaf(hinge, opening.jamb(from_end)[1] + turn, width)
-    fills = cells.fill(on & cells.in_doorway(opening), opening, share)
+    fills = np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
     is_at_jamb = cells.has_jamb(~on, opening, from_end)
     log_none = share * FILLED if fills or not is_at_jamb else DRAWN
     return Drawn(from_end, turn, hinge, share, cells.middles[on], log_none), on

@@ -148,6 +148,7 @@ class Behind:
     drawn: tuple[Drawn, ...] = ()  # what was taken out of the map
     # (groups,) what it gains
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
+    as_is: Behind | None = field(default=None, repr=False)  # the map
     # (m, 2) m, middles of the map's cells that were left
     cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
 
@@ -217,7 +218,7 @@ class Behind:
     def gains(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a, groups) what a leaf at each angle adds to the log-likelihood of each look.
 
-        Where the map has it, it may look as it is drawn.
+        Where the map has it, it may look as it is drawn, or stand in what is drawn.
         """
         return self.with_leaf(place, leaf, angles)[1]
 
@@ -227,8 +228,9 @@ class Behind:
         """What the map tells of a leaf at each angle (a,), see ``map_of``, and its ``gains``."""
         log_map, is_there = self.map_of(leaf, angles)
         gain = gains(place, self, turned(leaf, angles))
-        if is_there.any():
-            gain = np.where(is_there[:, None], np.maximum(gain, self.as_drawn), gain)
+        if self.as_is is not None and is_there.any():
+            on_map = gains(place, self.as_is, turned(leaf, angles[is_there])).clip(min=0.0)
+            gain[is_there] = np.maximum(gain[is_there], on_map + self.as_drawn)
         return log_map, gain
 
 

@@ -40,7 +40,7 @@ def things_of(place: Doorway, several: Sequence[tuple[Refined, ...]]) -> list[Th
     for leaves in several:
         for angles in _apart(np.array([each.angles for each in leaves]).T):
             pairs = list(zip(leaves, angles[:, None], strict=True))
-            cost = sum(_cost(each, angle, anywhere) for each, angle in pairs)
+            cost = sum(_cost(place, each, angle, anywhere) for each, angle in pairs)
             things.append((cost, np.concatenate([turned(e.leaf, angle) for e, angle in pairs])))
     return things
 
@@ -55,18 +55,20 @@ def _apart(angles: FloatArray) -> list[FloatArray]:
     return kept
 
 
-def _cost(found: Refined, angle: FloatArray, anywhere: float) -> float:
+def _cost(place: Doorway, found: Refined, angle: FloatArray, anywhere: float) -> float:
     """Log evidence of a thing in the place of a leaf at an angle (1,), without its likelihood.
 
-    Its place is as sure as the leaf's; the map may show it. ``anywhere`` is its log density, where
-    it doesn't.
+    Its place is as sure as the leaf's; the map may show it, or it may be a piece of a wall that the
+    map shows in part. ``anywhere`` is its log density else.
     """
-    if angle[0] >= found.leaf.away:
-        density = ALONG_WALL
-    elif bool(found.behind.map_of(found.leaf, angle)[1][0]):
+    if bool(found.behind.map_of(found.leaf, angle)[1][0]):
         density = SHOWN
+    elif angle[0] < NEARLY_CLOSED:
+        density = PLUG
+    elif angle[0] >= found.leaf.away or place.is_wall(turned(found.leaf, angle)[0]):
+        density = ALONG_WALL
     else:
-        density = PLUG if angle[0] < NEARLY_CLOSED else anywhere
+        density = anywhere
     return GAP + min(density + found.log_volume, 0.0)
 
 

@@ -20,10 +20,13 @@ from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Cells, Doorway, background, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.lattice import SLIDS, SWINGS, Lattice, Rests, chained
+from objstate.discovery.modes import Refined
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.proposals import Backgrounds, Shown
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import (
+    DRAWN,
+    FILLED,
     WAY,
     Behind,
     Drawn,
@@ -32,6 +35,7 @@ from objstate.discovery.scoring import (
     turned,
     with_things,
 )
+from objstate.discovery.things import things_of
 from objstate.discovery.walls import (
     BIN,
     WALLS,
@@ -541,6 +545,48 @@ def test_what_fills_an_opening_beside_an_open_leaf_is_no_leaf(turn: float) -> No
     filling = np.array([2.5, 1.025])
     is_left = bool((np.hypot(*(background.cells - filling).T) < 0.04).any())
     assert is_left == (turn > 0.0)
+
+
+@pytest.mark.parametrize("depth", [0.1, 0.25])
+@pytest.mark.parametrize(("turn_deg", "log_none"), [(20.0, FILLED), (50.0, DRAWN)])
+def test_what_is_nearly_closed_fills_an_opening_however_deep_it_hangs(
+    depth: float, turn_deg: float, log_none: float
+) -> None:
+    plan = drawn(np.arange(0.0, 6.0, 0.02)[~np.isin(np.arange(300), np.arange(100, 145))])
+    along, turn = np.linspace(0.0, 0.88, 40), np.radians(turn_deg)
+    rows = ((1.025 + depth + along * np.sin(turn)) / 0.05).astype(int)
+    plan.occupied[rows, ((2.0 + along * np.cos(turn)) / 0.05).astype(int)] = True
+    place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
+    place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
+    place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
+    shown = [each for each, _ in Shown.about(place, plan).leaves[0] if each.from_end is False]
+    assert [round(np.degrees(each.turn), -1) for each in shown] == [turn_deg]
+    assert shown[0].log_none == log_none
+
+
+def test_a_thing_in_line_with_a_wall_is_more_probable_than_elsewhere() -> None:
+    place = looked_at(np.array([[0.5, -0.1]]), np.array([0.5, 2.0]))
+    behind = Behind(np.empty(0), np.zeros(1))
+    covariance = np.diag(np.square([0.01, 0.01, 0.01, 0.02]))
+    open_ = Refined(leaf(), behind, covariance, 0.0, np.array([np.pi / 2]), 0.0)
+    wall = WallLine(np.array([0.0, -2.0]), np.array([0.0, 1.0]), 5.0, ((0.0, 5.0),))
+    costs = [things_of(replace(place, walls=walls), [(open_,)])[0][0] for walls in ([], [wall])]
+    assert costs[1] > costs[0] + 5.0
+
+
+def test_a_leaf_may_stand_in_what_a_map_has_of_it() -> None:
+    place = looked_at(np.array([[0.5, -0.1]]), np.array([0.5, 2.0]))
+    turn = np.radians(60.0)
+    cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(turn), np.sin(turn)])
+    shown = Drawn(False, turn, np.zeros(2), 1.0, cells, -10.0)
+    far, wall = (np.full((3, place.beams.shape[1]), away) for away in (9.0, 2.1))
+    without, as_is = (Behind(each, place.log_likelihood(each)) for each in (far, wall))
+    gained = as_is.log_likelihood - without.log_likelihood
+    on_map = replace(without, drawn=(shown,), as_drawn=gained, as_is=as_is)
+    angles = np.radians([0.0, 60.0])
+    gains = [each.gains(place, leaf(), angles)[:, 0] for each in (without, on_map)]
+    assert gains[1][0] == gains[0][0]
+    assert gains[1][1] >= max(gains[0][1], gained[0]) > gains[0][1] - 1e-9
 
 
 @pytest.mark.parametrize("sense", [1, -1])
