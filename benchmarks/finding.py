@@ -1,7 +1,7 @@
 """How well ``building learn --map`` finds doors: ``python -m benchmarks.finding --seeds 1:5``
 
 Floors of ``benchmarks.floors``, a map of a drive on which doors stood in any state, and more drives:
-three before each of which half of the doors were moved, or one on which nothing was. A door is found
+three before each of which the same half of the doors was moved, or one on which nothing was. A door is found
 if a candidate of probability above 0.5 has its middle within half its width of the closed leaf's,
 and its hinge at the same end. Shelves in gaps, niches and openings without a leaf are no doors.
 """
