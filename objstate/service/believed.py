@@ -51,19 +51,18 @@ class Believed:
         """The latest revision known here."""
         return self._known
 
-    def refresh(self) -> Known | None:
-        """Look whether the world was taught; the new revision if so. Raises WorldError."""
+    def refresh(self) -> None:
+        """Take in what the world was taught. Raises WorldError."""
         with self._lock:
             drive, others = self._asked()
             known = self._known
             if (drive, others) == (known.drive, known.others):
-                return None
+                return
             if others == known.others and drive > known.drive:
                 world = self._store.later(known.world, known.drive).newest()
                 self._known = Known(drive, others, world, world.latest_ns or 0)
             else:
                 self._known = self._loaded(drive, others)
-            return self._known
 
     def at(self, stamp_ns: int, name: str | None = None) -> Snapshot:
         """What is believed at a moment, of one object or of all. What is past is read anew.

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Iterable
 from typing import Any, NamedTuple
 
-from sqlalchemy import Executable, delete, func, insert, select
+from sqlalchemy import Connection, Executable, delete, func, insert, select
 
 from objstate.service.tables import EVENTS
 from objstate.world.database import Database
@@ -60,16 +60,26 @@ class Events:
 
         ``also`` are statements that are made in the same transaction.
         """
-        now = time.time_ns()
-        rows = [{"kind": k, "stamp_ns": now, "data": json.dumps(d)} for k, d in happened]
-        if not rows:
+        if not happened:
             return
         with self._database.writing() as connection:
             for statement in also:
                 connection.execute(statement)
+            last = self.keep(connection, happened)
+        self.wake(last)
+
+    def keep(self, connection: Connection, happened: Iterable[tuple[str, dict[str, Any]]]) -> int:
+        """Keep events in a transaction, after which ``wake`` takes the number of the last event."""
+        now = time.time_ns()
+        rows = [{"kind": k, "stamp_ns": now, "data": json.dumps(d)} for k, d in happened]
+        if rows:
             connection.execute(insert(EVENTS), rows)
-            last = connection.execute(select(func.max(EVENTS.c.id))).scalar_one()
-            connection.execute(delete(EVENTS).where(EVENTS.c.id <= last - KEPT))
+        last = int(connection.execute(select(func.max(EVENTS.c.id))).scalar() or 0)
+        connection.execute(delete(EVENTS).where(EVENTS.c.id <= last - KEPT))
+        return last
+
+    def wake(self, last: int) -> None:
+        """Wake who listens, for events up to a number; from any thread."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._news, last)
 
@@ -82,8 +92,8 @@ class Events:
     def follow(self) -> None:
         """Look whether another process has added events; from any thread. Raises WorldError."""
         last = self.last()
-        if last > self._last and self._loop is not None:
-            self._loop.call_soon_threadsafe(self._news, last)
+        if last > self._last:
+            self.wake(last)
 
     def _news(self, last: int) -> None:
         self._last = max(self._last, last)

@@ -64,12 +64,11 @@ class EvidenceDesk:
         store: WorldStore,
         believed: Believed,
         settings: Settings,
-        refresh: Callable[[], None],
         on_taught: Callable[[], None],
     ) -> None:
         self._database, self._store = database, store
         self._believed, self._settings = believed, settings
-        self._refresh, self._on_taught = refresh, on_taught
+        self._on_taught = on_taught
         self._lock = threading.Lock()  # each report is weighed with all before it
 
     def take(self, name: str, report: Report, token: str) -> ObjectBelief:
@@ -80,7 +79,7 @@ class EvidenceDesk:
         stamp_ns = _stamp_of(report, time.time_ns())
         identity = secrets.token_hex(8) if report.id is None else report.id
         with self._lock:
-            self._refresh()
+            self._believed.refresh()
             before = self._believed.at(stamp_ns, name)[name]
             lower, upper = _region(before, report)
             after = told(before, lower, upper, report.reliability)

@@ -29,6 +29,7 @@ from objstate.service.questions import Questions
 from objstate.service.requests import Gate
 from objstate.service.tables import DRIVES, deletion, make_tables
 from objstate.service.taught import Taught
+from objstate.service.telling import Telling
 from objstate.service.tokens import Tokens
 from objstate.service.uploads import Uploads
 from objstate.service.watching import Watch
@@ -59,9 +60,8 @@ class Parts:
         self.believed = Believed(self.database, store, building, settings)
         self.questions = Questions(self.believed)
         self.advice = Advice(building, settings, self.believed)
-        self.desk = EvidenceDesk(
-            self.database, store, self.believed, settings, self.refresh, self.note_taught
-        )
+        self.telling = Telling(self.database, self.events)
+        self.desk = EvidenceDesk(self.database, store, self.believed, settings, self.note_taught)
         self.drives = Drives(self.database, options.data)
         context = Context(
             options.building.absolute(),
@@ -161,7 +161,7 @@ class Parts:
         """Take in what any process of the service has acknowledged. Raises WorldError."""
         count = self._taught.count
         if count != self._followed:
-            await asyncio.to_thread(self.refresh)
+            await asyncio.to_thread(self.believed.refresh)
             self._followed = count
 
     def note_taught(self) -> None:
@@ -170,21 +170,9 @@ class Parts:
         self._taught.note()
 
     def refresh(self) -> None:
-        """Look whether the world was taught, and tell who listens what is believed now.
-
-        All processes look, and the one that leads tells.
-        """
-        before = self.believed.now.world
-        known = self.believed.refresh()
-        if known is None or not self.leadership.is_ours:
-            return
-        changed = [
-            ("belief", belief_words(past[-1]) | {"revision": known.revision})
-            for name in known.world.objects
-            if (past := known.world.history(name))
-            and (not before.history(name) or past[-1].stamp_ns != before.history(name)[-1].stamp_ns)
-        ]
-        self.events.add(*changed)
+        """Take in what the world was taught, and tell who listens. Raises WorldError."""
+        self.believed.refresh()
+        self.telling.tell(self.believed.now)
 
     def plan(self) -> dict[str, Any]:
         """What a page draws of the building, and from when on something is stored."""

@@ -17,6 +17,7 @@ from sqlalchemy import (
     ScalarSelect,
     Table,
     Text,
+    func,
     insert,
     inspect,
     select,
@@ -26,6 +27,7 @@ from sqlalchemy import (
 
 from objstate.errors import WorldError
 from objstate.world.database import Database
+from objstate.world.schema import DRIVES as WORLD_DRIVES
 
 METADATA = MetaData()
 
@@ -93,6 +95,8 @@ EVENTS = Table(
     Column("stamp_ns", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
 )
+# One row: up to which of the world's drives events have told.
+TOLD = Table("service_told", METADATA, Column("drive", Integer, nullable=False))
 EVIDENCE = Table(
     "service_evidence",
     METADATA,
@@ -142,8 +146,18 @@ def _robots_and_uploads(connection: Connection, schema: str | None) -> None:
         connection.execute(text(f"ALTER TABLE {DRIVES.name} ADD COLUMN robot TEXT"))
 
 
+def _told(connection: Connection, _: str | None) -> None:
+    METADATA.create_all(connection, [TOLD])
+    taught = connection.execute(select(func.max(WORLD_DRIVES.c.id))).scalar()
+    connection.execute(insert(TOLD).values(drive=taught or 0))  # what was before isn't told
+
+
 # in order; only ever appended
-MIGRATIONS: tuple[Callable[[Connection, str | None], None], ...] = (_first, _robots_and_uploads)
+MIGRATIONS: tuple[Callable[[Connection, str | None], None], ...] = (
+    _first,
+    _robots_and_uploads,
+    _told,
+)
 
 
 def make_tables(database: Database) -> None:

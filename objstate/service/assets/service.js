@@ -375,8 +375,9 @@
 
   const happened = {
     belief(data) {
-      if (at !== null) return;
-      words.set(data.object, { ...words.get(data.object), ...data, predicted: false });
+      const known = words.get(data.object);
+      if (at !== null || data.last_observed_ns < known?.last_observed_ns) return; // of a late report
+      words.set(data.object, { ...known, ...data, predicted: false });
       tag = null;
       scheduleDraw();
     },
