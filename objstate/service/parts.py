@@ -166,8 +166,8 @@ class Parts:
 
     def note_taught(self) -> None:
         """Let every process of the service answer by what this one taught the world."""
-        self.refresh()
         self._taught.note()
+        self.refresh()
 
     def refresh(self) -> None:
         """Take in what the world was taught, and tell who listens. Raises WorldError."""
@@ -187,8 +187,8 @@ class Parts:
         known_object(self.believed.now.world, name)
         count = select(func.count()).select_from(BELIEFS).where(BELIEFS.c.object == name)
         self.store.forget(name, [deletion(token, "history", name, count.scalar_subquery())])
-        self.believed.refresh()
         self._taught.note()
+        self.believed.refresh()
         self.events.add(("deleted", {"object": name}))
 
     def end(self) -> None:

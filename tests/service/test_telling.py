@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
+import pytest
 from sqlalchemy import select
 
 from objstate.config import Settings
+from objstate.errors import WorldError
 from objstate.objects import ObjectBelief
 from objstate.service.believed import Believed
 from objstate.service.events import Events
+from objstate.service.options import ServiceOptions
+from objstate.service.parts import Parts
 from objstate.service.tables import EVENTS, make_tables
 from objstate.service.telling import Telling
 from objstate.world.database import Database
@@ -67,3 +72,18 @@ def test_what_was_taught_is_told_after_a_restart_but_not_what_was_before_the_ser
     restarted = Process(place)
     restarted.tell()
     assert restarted.told() == [("door", 6)]
+
+
+def test_others_hear_of_what_was_taught_where_this_process_cannot_read_the_world(
+    hall: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = Parts(ServiceOptions(hall[0], str(tmp_path / "world.db"), tmp_path / "data"))
+
+    def fail() -> None:
+        raise WorldError("The world can't be read.")
+
+    monkeypatch.setattr(parts.believed, "refresh", fail)
+    for count, teach in enumerate((parts.note_taught, lambda: parts.forget("door", "me")), 1):
+        with pytest.raises(WorldError):
+            teach()
+        assert (tmp_path / "data" / "taught").stat().st_size == count
