@@ -14,7 +14,8 @@ from objstate.errors import WorldError
 FORMS = "a file, or postgresql://USER:PASSWORD@HOST/DATABASE?schema=NAME"
 PG8000 = "postgresql+pg8000"
 DRIVERS = {"postgresql": PG8000, "postgres": PG8000}  # if none is named
-OF_LOCATION = ("schema", "sslmode", "sslrootcert")  # parameters of a URL that pg8000 doesn't know
+SCHEMA = "schema"  # the parameter of a URL that no driver knows
+OF_LOCATION = (SCHEMA, "sslmode", "sslrootcert")  # those that pg8000 doesn't know
 OF_PG8000 = ("application_name", "unix_sock")  # and those that it does
 SSL_MODES = ("disable", "allow", "prefer", "require", "verify-ca", "verify-full")  # as of libpq
 
@@ -25,8 +26,8 @@ class Location:
 
     url: URL
     schema: str | None = None  # of PostgreSQL: several worlds may share a database
-    sslmode: str | None = None  # of ``SSL_MODES``; by default prefer, as of libpq
-    sslrootcert: str | None = None  # a file of certificates to verify the server by
+    sslmode: str | None = None  # for pg8000, of ``SSL_MODES``; by default prefer, as of libpq
+    sslrootcert: str | None = None  # for pg8000: a file of certificates to verify the server by
 
     @property
     def file(self) -> Path | None:
@@ -57,30 +58,39 @@ def parse_location(text: str | Path) -> Location:
             f"The world '{url.render_as_string(hide_password=True)}' is in no database that "
             f"objstate knows; give {FORMS}."
         )
-    told = _parameters(url)
-    if url.drivername == PG8000 and url.username is None:
-        url = url.set(username=_user(url))
-    return Location(url.difference_update_query(OF_LOCATION), *map(told.get, OF_LOCATION))
+    return _of_pg8000(url) if url.drivername == PG8000 else _of_another_driver(url)
 
 
-def _parameters(url: URL) -> dict[str, str]:
-    """The parameters of a URL. Raises WorldError for one that is unknown, or given twice."""
-    told = {}
+def _of_pg8000(url: URL) -> Location:
+    """The place that a URL for pg8000 names. Raises WorldError."""
     known = (*OF_LOCATION, *OF_PG8000)
-    for name, value in url.query.items():
-        if name not in known and url.drivername == PG8000:
+    for name in url.query:
+        if name not in known:
             raise WorldError(
                 f"The world's URL has the unknown parameter '{name}'; known are {', '.join(known)}."
             )
-        if isinstance(value, tuple):
-            raise WorldError(f"The world's URL names more than one {name}; give one.")
-        told[name] = value
+    told = {name: _value(url, name) for name in url.query}
     if told.get("sslmode", SSL_MODES[0]) not in SSL_MODES:
         raise WorldError(
             f"The world's URL has the unknown sslmode '{told['sslmode']}'; give one of "
             f"{', '.join(SSL_MODES)}."
         )
-    return told
+    if url.username is None:
+        url = url.set(username=_user(url))
+    return Location(url.difference_update_query(OF_LOCATION), *map(told.get, OF_LOCATION))
+
+
+def _of_another_driver(url: URL) -> Location:
+    """The place that a URL names for a driver that understands all but the schema."""
+    return Location(url.difference_update_query([SCHEMA]), _value(url, SCHEMA))
+
+
+def _value(url: URL, name: str) -> str | None:
+    """A parameter of a URL. Raises WorldError where it is given twice."""
+    value = url.query.get(name)
+    if isinstance(value, tuple):
+        raise WorldError(f"The world's URL names more than one {name}; give one.")
+    return value
 
 
 def _user(url: URL) -> str:

@@ -216,6 +216,15 @@ def test_the_parameters_of_a_url_are_those_of_libpq_or_refused() -> None:
         Database(parse_location(f"{url}?sslmode=verify-full&sslrootcert=/missing.pem"))
 
 
+def test_another_driver_gets_its_url_without_the_schema() -> None:
+    place = parse_location(
+        "postgresql+psycopg://me@h/db?schema=s&sslmode=require&connect_timeout=3"
+    )
+    assert place.url.query == {"sslmode": "require", "connect_timeout": "3"}
+    assert (place.schema, place.sslmode) == ("s", None)
+    assert str(place) == "postgresql://me@h/db?connect_timeout=3&schema=s&sslmode=require"
+
+
 def test_an_unknown_database_is_told_in_words() -> None:
     url = make_url(reachable_server()).set(database="nothing_here")
     with pytest.raises(WorldError, match=r"no database 'nothing_here'; make it with createdb"):
