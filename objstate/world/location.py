@@ -17,7 +17,8 @@ DRIVERS = {"postgresql": PG8000, "postgres": PG8000}  # if none is named
 SCHEMA = "schema"  # the parameter of a URL that no driver knows
 OF_LOCATION = (SCHEMA, "sslmode", "sslrootcert")  # those that pg8000 doesn't know
 OF_PG8000 = ("application_name", "unix_sock")  # and those that it does
-SSL_MODES = ("disable", "allow", "prefer", "require", "verify-ca", "verify-full")  # as of libpq
+VERIFYING = ("verify-ca", "verify-full")
+SSL_MODES = ("disable", "allow", "prefer", "require", *VERIFYING)  # as of libpq
 
 
 @dataclass(frozen=True)
@@ -70,14 +71,23 @@ def _of_pg8000(url: URL) -> Location:
                 f"The world's URL has the unknown parameter '{name}'; known are {', '.join(known)}."
             )
     told = {name: _value(url, name) for name in url.query}
-    if told.get("sslmode", SSL_MODES[0]) not in SSL_MODES:
-        raise WorldError(
-            f"The world's URL has the unknown sslmode '{told['sslmode']}'; give one of "
-            f"{', '.join(SSL_MODES)}."
-        )
+    _check_tls(told.get("sslmode"), told.get("sslrootcert"))
     if url.username is None:
         url = url.set(username=_user(url))
     return Location(url.difference_update_query(OF_LOCATION), *map(told.get, OF_LOCATION))
+
+
+def _check_tls(mode: str | None, certificates: str | None) -> None:
+    """Raises WorldError for an unknown sslmode, and for certificates that nothing is verified by."""
+    if mode is not None and mode not in SSL_MODES:
+        raise WorldError(
+            f"The world's URL has the unknown sslmode '{mode}'; give one of {', '.join(SSL_MODES)}."
+        )
+    if certificates is not None and mode not in VERIFYING:
+        raise WorldError(
+            "The world's URL has an sslrootcert, by which the server is verified only with "
+            f"sslmode={' or '.join(VERIFYING)}; add one of them, or leave sslrootcert out."
+        )
 
 
 def _of_another_driver(url: URL) -> Location:

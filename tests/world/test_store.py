@@ -209,6 +209,8 @@ def test_the_parameters_of_a_url_are_those_of_libpq_or_refused() -> None:
         ("sslmod=disable", "unknown parameter 'sslmod'; known are schema, sslmode"),
         ("sslmode=on", "unknown sslmode 'on'; give one of disable"),
         ("schema=a&schema=b", "more than one schema"),
+        ("sslrootcert=ca.pem", "only with sslmode=verify-ca or verify-full; add"),
+        ("sslmode=require&sslrootcert=ca.pem", "only with sslmode=verify-ca or verify-full; add"),
     ):
         with pytest.raises(WorldError, match=said):
             parse_location(f"{url}?{wrong}")
