@@ -21,6 +21,7 @@ from objstate.service.tables import DRIVES, deletion
 from objstate.world.database import Database
 
 WAITING, RUNNING, DONE, FAILED, DELETED = "waiting", "running", "done", "failed", "deleted"
+AGAIN = (DELETED, FAILED)  # states in which a drive is queued anew when its log is sent again
 IDENTITY = 16  # letters of a drive's digest that name it
 MOST_ATTEMPTS = 3  # of a drive whose process dies
 ABANDONED_S = 3600.0  # after which an upload that grew no more belongs to nobody
@@ -88,6 +89,8 @@ class Drives:
     ) -> Drive:
         """Store a log as it comes in, and queue it once: a log of the same content is the same drive.
 
+        One that failed is queued anew, since the building or the settings may have changed.
+
         Raises Problem for a log that is empty, too large or not of the ``digest`` stated.
         """
         partial = self.place()
@@ -145,7 +148,7 @@ class Drives:
         identity, file = digest[:IDENTITY], digest + suffix
         with self._database.writing() as connection:
             known = _one(connection, identity)
-            if known is not None and known.state != DELETED:
+            if known is not None and known.state not in AGAIN:
                 return known
             partial.replace(self._folder / "logs" / file)
             flush_folder(self._folder / "logs")

@@ -9,7 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from objstate.service.drives import ABANDONED_S, MOST_ATTEMPTS, Drive, Drives
+from objstate.service.drives import (
+    ABANDONED_S,
+    DONE,
+    FAILED,
+    MOST_ATTEMPTS,
+    WAITING,
+    Drive,
+    Drives,
+)
 from objstate.service.tables import make_tables
 from objstate.service.watching import Watch
 from objstate.world.database import Database
@@ -62,6 +70,20 @@ def test_being_killed_is_no_fault_of_the_log(database: Database, tmp_path: Path)
     assert taken is not None
     drives.again(taken, "its process died", counts=True)
     assert drives.get(taken.id).attempts == 1
+
+
+def test_a_log_that_failed_is_queued_anew_when_it_is_sent_again(
+    database: Database, tmp_path: Path
+) -> None:
+    drives = Drives(database, tmp_path / "data")
+    received(drives, b"a log")
+    received(drives, b"another log")
+    for state in (FAILED, DONE):
+        drives.end(drives.next() or pytest.fail("no drive waits"), state, reason="lost")
+    again, done = received(drives, b"a log"), received(drives, b"another log")
+    assert (again.state, again.reason, again.ended_ns, done.state) == (WAITING, None, None, DONE)
+    assert drives.next() == drives.get(again.id)
+    assert drives.log(again).read_bytes() == b"a log"
 
 
 def test_uploads_that_broke_off_are_removed_in_the_end(database: Database, tmp_path: Path) -> None:
