@@ -56,9 +56,9 @@ def learn_doors(
 ) -> Learnt:
     """Find the doors of a map in drives, and write the building that has them to ``out``.
 
-    Each log is a drive of its own; one that is given twice counts once. ``out`` gets ``building.urdf`` with its sidecar, ``doors.csv``
-    with all candidates, and ``learn.json``, whole or not at all. Raises BuildingError,
-    SettingsError, LogError and ResultError.
+    Each log is a drive of its own; one that is given twice counts once. ``out`` gets
+    ``building.urdf`` with its sidecar, ``doors.csv`` with all candidates, and ``learn.json``, whole
+    or not at all. Raises BuildingError, SettingsError, LogError and ResultError.
     """
     run, target = run or RunOptions(), Path(out)
     check_output(target, overwrite, map_yaml)
