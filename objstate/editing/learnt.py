@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,8 @@ def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None
     name = _map_name(folder / LEARN_FILE)
     if name is None:
         return None, []
-    places = [folder.absolute().parent / name, Path(name)]
     try:
-        plan = read_map(next((place for place in places if place.is_file()), Path(name)))
+        plan = read_map(_found(folder.absolute().parent / name, Path(name)))
         if not _has_walls(plan, building):
             raise BuildingError(f"The map {name} with the building's doors has other walls.")
     except BuildingError as error:
@@ -50,6 +50,20 @@ def _map_name(file: Path) -> str | None:
         return None  # of damaged files ``learn`` tells, which goes on from them
     name = words.get("map") if isinstance(words, dict) else None
     return name if isinstance(name, str) else None
+
+
+def _found(*places: Path) -> Path:
+    """The first place that holds a regular file: to open a pipe would wait for its writer.
+
+    Raises BuildingError where none does.
+    """
+    for place in places:
+        with suppress(OSError):  # as of a name that is too long
+            if place.is_file():
+                return place
+    raise BuildingError(
+        f"There is no file {str(places[-1])!r}, which {LEARN_FILE} names as the map; put it there."
+    )
 
 
 def _has_walls(plan: OccupancyMap, building: Building) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,6 +85,16 @@ def test_walls_stay_where_the_map_is_gone_or_another(
     assert f"The walls of {found} stay" in edit_page(subject, np.zeros((0, 2)))
     save_with(subject, "rejected")
     assert (found / "walls.stl").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["pipe", "plan\0.yaml", "\ud800.yaml", "m" * 300, "."])
+def test_a_map_that_is_no_regular_file_is_told(found: Path, name: str) -> None:
+    os.mkfifo(found.parent / "pipe")
+    (found / LEARN_FILE).write_text(json.dumps({"map": name}))
+    subject = subject_of(found)
+    assert subject.plan is None
+    (told,) = subject.warnings
+    assert f"There is no file {name!r}, which learn.json names as the map" in told
 
 
 def test_a_map_is_found_from_any_working_directory(
