@@ -92,6 +92,11 @@ def is_map(path: Path) -> bool:
     return path.suffix.lower() in ENDINGS
 
 
+def files_of_map(path: Path) -> tuple[Path, Path]:
+    """A map's file, and the image that it names. Raises BuildingError if it can't be used."""
+    return path, path.parent / _read_header(path).image
+
+
 def read_map(path: Path) -> OccupancyMap:
     """A ROS occupancy map. Raises BuildingError if the YAML or the image can't be used."""
     header = _read_header(path)

@@ -61,16 +61,21 @@ def check_output(out: Path, overwrite: bool, *inputs: str | Path) -> None:
     Raises BuildingError also where ``out`` holds one of these, or what a person decided.
     """
     check_target(out, overwrite)
-    for each in inputs:
-        if Path(each).resolve().is_relative_to(out.resolve()):
-            raise BuildingError(
-                f"{each} lies in {out}, which would replace it; give another --out."
-            )
+    check_apart(out, *inputs)
     if (out / DECISIONS_FILE).exists():
         raise BuildingError(
             f"{out / DECISIONS_FILE} holds what a person decided on doors, so {out} won't be "
             "overwritten; choose another folder."
         )
+
+
+def check_apart(out: Path, *inputs: str | Path) -> None:
+    """Raise BuildingError if ``out`` holds one of some inputs."""
+    for each in inputs:
+        if Path(each).resolve().is_relative_to(out.resolve()):
+            raise BuildingError(
+                f"{each} lies in {out}, which would replace it; give another --out."
+            )
 
 
 def is_replaceable(folder: Path) -> bool:

@@ -15,11 +15,11 @@ from objstate.building.writing import (
     BESIDE,
     DECISIONS_FILE,
     DOORS_FILE,
-    check_target,
     write_buildings,
 )
 from objstate.editing.rows import DoorRow, Edits, hangs_alike, leaf_of, row_of
 from objstate.editing.subject import Subject
+from objstate.editing.target import check_saving
 from objstate.errors import BuildingError
 
 
@@ -31,8 +31,7 @@ def save(subject: Subject, edits: Edits) -> Subject:
     still made of the building that was read, so that what is undone is as it was. Raises
     BuildingError for doors that can't be, and ResultError.
     """
-    if subject.out.exists():
-        check_target(subject.out, overwrite=True)
+    check_saving(subject.out)
     table = _checked_table(subject, edits)
     building = _edited(subject.building, edits)
     if subject.plan is not None:

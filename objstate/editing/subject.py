@@ -16,10 +16,11 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, is_map, read_map
 from objstate.building.sidecar import sidecar_of_map, sidecar_text
 from objstate.building.urdf import urdf_of
-from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
+from objstate.building.writing import DECISIONS_FILE, DOORS_FILE
 from objstate.editing.learnt import map_of_learnt
 from objstate.editing.merging import merged_rows
 from objstate.editing.rows import DoorRow, Edits, row_of
+from objstate.editing.target import folder_of, is_in_place, target_of
 from objstate.errors import BuildingError
 
 
@@ -40,7 +41,7 @@ class Subject:
     @property
     def is_in_place(self) -> bool:
         """Whether the edited building replaces the one that was read."""
-        return _is_in_place(self.source, self.out)
+        return is_in_place(self.source, self.out)
 
     @property
     def urdf(self) -> Path:
@@ -66,11 +67,11 @@ def subject_of(
         raise BuildingError(
             f"{path} doesn't exist; give a building's folder or URDF, or a map's YAML file."
         )
-    target = _target(path, out)
+    target = target_of(path, out)
     building, plan, sidecar, warnings = (_of_map if is_map(path) else _of_building)(path)
     table = None if candidates is None else Path(candidates)
-    is_own = path.is_dir() or _is_in_place(path, target)
-    own = _table(_folder(path) / DOORS_FILE) if is_own else []
+    is_own = path.is_dir() or is_in_place(path, target)
+    own = _table(folder_of(path) / DOORS_FILE) if is_own else []
     found = (
         [door for door in own if door.probability is not None]
         if table is None
@@ -104,23 +105,8 @@ def _of_building(path: Path) -> Opened:
     """A building, the map in which it was learnt, its sidecar, and warnings."""
     urdf = urdf_of(path)
     building = load_building(urdf)
-    plan, warnings = map_of_learnt(_folder(path), building)
+    plan, warnings = map_of_learnt(folder_of(path), building)
     return building, plan, sidecar_text(urdf), warnings
-
-
-def _target(path: Path, out: str | Path | None) -> Path:
-    if out is not None:
-        target = Path(out)
-        if target.exists():
-            check_target(target, overwrite=True)
-        return target
-    folder = _folder(path)
-    if is_map(path) or not is_replaceable(folder):
-        raise BuildingError(
-            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
-            "where the edited building goes."
-        )
-    return folder
 
 
 def _decisions(folder: Path) -> list[DoorRow]:
@@ -138,11 +124,3 @@ def _decisions(folder: Path) -> list[DoorRow]:
 
 def _table(path: Path) -> list[Door]:
     return read_doors(path) if path.is_file() else []
-
-
-def _is_in_place(path: Path, target: Path) -> bool:
-    return target.resolve() == _folder(path).resolve()
-
-
-def _folder(path: Path) -> Path:
-    return path if path.is_dir() else path.parent
