@@ -31,7 +31,7 @@ def save(subject: Subject, edits: Edits) -> Subject:
     still made of the building that was read, so that what is undone is as it was. Raises
     BuildingError for doors that can't be, and ResultError.
     """
-    check_saving(subject.out)
+    check_saving(subject.source, subject.out)
     table = _checked_table(subject, edits)
     building = _edited(subject.building, edits)
     if subject.plan is not None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from objstate.building.occupancy import files_of_map, is_map
-from objstate.building.writing import check_apart, check_target, is_replaceable
+from objstate.building.writing import (
+    DECISIONS_FILE,
+    check_apart,
+    check_target,
+    is_replaceable,
+)
 from objstate.errors import BuildingError
 
 
@@ -19,14 +24,25 @@ def target_of(source: Path, out: str | Path | None) -> Path:
     target = Path(out)
     if not is_in_place(source, target):
         check_apart(target, *(files_of_map(source) if is_map(source) else [source]))
-    check_saving(target)
+    check_saving(source, target)
     return target
 
 
-def check_saving(target: Path) -> None:
-    """Raise BuildingError where objstate may not write what was edited to a folder."""
-    if target.exists():
-        check_target(target, overwrite=True)
+def check_saving(source: Path, target: Path) -> None:
+    """Raise BuildingError where what was edited of a source may not be written to a folder.
+
+    A folder other than the source's own must be empty, or hold what was edited earlier.
+    """
+    if not target.exists():
+        return
+    check_target(target, overwrite=True)
+    if is_in_place(source, target) or (target / DECISIONS_FILE).is_file():
+        return
+    if any(target.iterdir()):
+        raise BuildingError(
+            f"{target} has no {DECISIONS_FILE} of an earlier edit, so what it holds won't be "
+            "replaced; give an --out that is new or empty, or move it away."
+        )
 
 
 def is_in_place(source: Path, target: Path) -> bool:
