@@ -15,7 +15,7 @@ from objstate.building.door_table import Door
 from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Box
-from objstate.building.sidecar import SUFFIX
+from objstate.building.sidecar import SUFFIX, sidecar_path
 from objstate.building.written import LIST_FILE, foreign_in, list_files
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, rpy_from_rotation
@@ -78,9 +78,18 @@ def check_apart(out: Path, *inputs: str | Path) -> None:
             )
 
 
-def is_replaceable(folder: Path) -> bool:
-    """Whether a path is a folder that holds nothing but what objstate wrote."""
-    return foreign_in(folder, _fault_without_list) is None
+def check_in_place(folder: Path) -> None:
+    """Raise BuildingError if a building's folder holds what an edit in place would lose."""
+    if fault := foreign_in(folder, _fault_without_list, kept_in_place(folder)):
+        raise BuildingError(
+            f"{folder} isn't edited in place, as {fault}; say with --out to which other folder the "
+            "edited building goes."
+        )
+
+
+def kept_in_place(folder: Path) -> set[str]:
+    """Names of the files that stay where a building's folder is edited in place, whose ever."""
+    return {*BESIDE, *(sidecar_path(urdf).name for urdf in folder.glob("*.urdf"))}
 
 
 def _fault_without_list(folder: Path) -> str | None:
@@ -95,15 +104,23 @@ def _fault_without_list(folder: Path) -> str | None:
 
 
 @contextmanager
-def building_folder(out: Path) -> Iterator[Path]:
+def building_folder(out: Path, keep: Collection[str] = ()) -> Iterator[Path]:
     """A new folder to fill, which becomes ``out`` when the block ends without an error.
 
     Its files, and those of each folder in it, are listed, so that they may be replaced later. What
-    ``out`` held is replaced; ask ``check_target`` before. Raises ResultError.
+    ``out`` held is replaced, but for files to ``keep`` that the block doesn't write; ask
+    ``check_target`` before. Raises ResultError.
     """
+
+    def is_replaceable(folder: Path) -> bool:
+        return foreign_in(folder, _fault_without_list, keep) is None
+
     with whole(out, overwrite=True, replaceable=is_replaceable) as made:
         made.mkdir()
         yield made
+        for name in keep:
+            if (out / name).is_file() and not (made / name).exists():
+                shutil.copyfile(out / name, made / name)
         for folder in (made, *(each for each in made.iterdir() if each.is_dir())):
             list_files(folder)
 
@@ -137,16 +154,13 @@ def write_buildings(
 
     The keys are the folders, ``.`` for ``out`` itself. ``beside`` are the names, of ``BESIDE``, and
     texts of files that are written to ``out`` as well. What ``out`` held is replaced, but for files
-    to ``keep``, of ``BESIDE`` too; ask ``check_target`` before. Raises ResultError if they can't be
-    written.
+    to ``keep`` that aren't written anew; ask ``check_target`` before. Raises ResultError if they
+    can't be written.
     """
-    with building_folder(out) as made:
+    with building_folder(out, keep) as made:
         for folder, building in buildings.items():
             (made / folder).mkdir(exist_ok=True)
             _write(made / folder, building, sidecars.get(folder))
-        for name in keep:
-            if (out / name).is_file():
-                shutil.copyfile(out / name, made / name)
         for name, text in (beside or {}).items():
             (made / name).write_text(text, encoding="utf-8")
     return [out / folder / f"{building.name}.urdf" for folder, building in buildings.items()]

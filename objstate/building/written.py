@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 LIST_FILE = ".objstate.json"
@@ -19,10 +19,11 @@ def list_files(folder: Path) -> None:
     (folder / LIST_FILE).write_text(text + "\n", encoding="utf-8")
 
 
-def foreign_in(folder: Path, unlisted: Fault) -> str | None:
+def foreign_in(folder: Path, unlisted: Fault, keep: Collection[str] = ()) -> str | None:
     """What in a folder isn't objstate's, as a clause; None if everything is.
 
-    ``unlisted`` judges the folders in it that have files, but no list.
+    Files to ``keep`` may be anybody's. ``unlisted`` judges the folders in it that have files, but
+    no list.
     """
     if folder.is_symlink() or not folder.is_dir():
         return f"{folder} is no folder"
@@ -37,7 +38,7 @@ def foreign_in(folder: Path, unlisted: Fault) -> str | None:
     listed = _listed(folder)
     if listed is None:
         return unlisted(folder)
-    foreign = sorted(names - listed)
+    foreign = sorted(names - listed - set(keep))
     return f"objstate didn't write {folder / foreign[0]}" if foreign else None
 
 

@@ -12,9 +12,9 @@ from objstate.building.from_map import building_of_map
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import (
-    BESIDE,
     DECISIONS_FILE,
     DOORS_FILE,
+    kept_in_place,
     write_buildings,
 )
 from objstate.editing.rows import DoorRow, Edits, hangs_alike, leaf_of, row_of
@@ -41,7 +41,7 @@ def save(subject: Subject, edits: Edits) -> Subject:
     sidecar = _sidecar(subject, edits)
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
     beside = {DOORS_FILE: table, DECISIONS_FILE: decisions + "\n"}
-    keep = BESIDE if subject.is_in_place else ()
+    keep = kept_in_place(subject.out) if subject.is_in_place else ()
     write_buildings(subject.out, {".": building}, {".": sidecar}, beside, keep)
     shown = replace(subject.building, walls=building.walls)
     return replace(subject, building=shown, rows=edits.doors)

@@ -8,8 +8,8 @@ from objstate.building.occupancy import files_of_map, is_map
 from objstate.building.writing import (
     DECISIONS_FILE,
     check_apart,
+    check_in_place,
     check_target,
-    is_replaceable,
 )
 from objstate.errors import BuildingError
 
@@ -19,9 +19,11 @@ def target_of(source: Path, out: str | Path | None) -> Path:
 
     Raises BuildingError where it isn't given but needed, or where objstate may not replace it.
     """
-    if out is None:
-        return _own(source)
-    target = Path(out)
+    if out is None and is_map(source):
+        raise BuildingError(
+            f"{source} is a map, which isn't changed; say with --out where its building goes."
+        )
+    target = folder_of(source) if out is None else Path(out)
     if not is_in_place(source, target):
         check_apart(target, *(files_of_map(source) if is_map(source) else [source]))
     check_saving(source, target)
@@ -35,10 +37,11 @@ def check_saving(source: Path, target: Path) -> None:
     """
     if not target.exists():
         return
-    check_target(target, overwrite=True)
-    if is_in_place(source, target) or (target / DECISIONS_FILE).is_file():
+    if is_in_place(source, target):
+        check_in_place(target)
         return
-    if any(target.iterdir()):
+    check_target(target, overwrite=True)
+    if any(target.iterdir()) and not (target / DECISIONS_FILE).is_file():
         raise BuildingError(
             f"{target} has no {DECISIONS_FILE} of an earlier edit, so what it holds won't be "
             "replaced; give an --out that is new or empty, or move it away."
@@ -53,13 +56,3 @@ def is_in_place(source: Path, target: Path) -> bool:
 def folder_of(source: Path) -> Path:
     """The folder of a building, or of a file."""
     return source if source.is_dir() else source.parent
-
-
-def _own(source: Path) -> Path:
-    folder = folder_of(source)
-    if is_map(source) or not is_replaceable(folder):
-        raise BuildingError(
-            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
-            "where the edited building goes."
-        )
-    return folder

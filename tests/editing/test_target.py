@@ -12,7 +12,7 @@ from objstate.editing.rows import Edits
 from objstate.editing.saving import save
 from objstate.editing.subject import subject_of
 from objstate.errors import BuildingError
-from objstate.interchange import export_building
+from objstate.interchange import export_building, import_building
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -66,3 +66,35 @@ def test_an_empty_folder_and_one_that_was_edited_before_are_replaced(folder: Pat
         subject = subject_of(folder, out)
         save(subject, Edits(doors=subject.rows))
     assert (out / "room.urdf").is_file()
+
+
+@pytest.mark.parametrize("out", [None, "building"])
+def test_a_sidecar_and_a_calibration_of_the_user_stay_in_place(
+    folder: Path, out: str | None
+) -> None:
+    (folder / "room.building.yaml").unlink()
+    list_files(folder)
+    own = {"room.building.yaml": "building_error: {wall_std_m: 0.03}  # by tape\n"}
+    own |= {"calibration.yaml": "lasers: {}\n"}
+    for name, text in own.items():
+        (folder / name).write_text(text)
+    target = None if out is None else folder.parent / out
+    for _ in range(2):
+        subject = subject_of(folder, target)
+        save(subject, Edits(doors=subject.rows))
+        assert {name: (folder / name).read_text() for name in own} == own
+    (folder / "other.building.yaml").write_text("mine")
+    with pytest.raises(BuildingError, match=r"as objstate didn't write .*other\.building\.yaml"):
+        subject_of(folder, target)
+
+
+def test_a_sidecar_of_the_user_is_never_overwritten(folder: Path) -> None:
+    urdf = folder / "room.urdf"
+    out = folder.parent / "out"
+    export_building(urdf, out, "sdf")
+    import_building(out / "room.sdf", out.parent / "again")
+    sidecar = out.parent / "again" / "room.building.yaml"
+    sidecar.write_text("building_error: {wall_std_m: 0.03}\n")
+    with pytest.raises(BuildingError, match=r"objstate didn't write .*room\.building\.yaml"):
+        import_building(out / "room.sdf", out.parent / "again", overwrite=True)
+    assert sidecar.exists()
