@@ -27,7 +27,7 @@ def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None
     if name is None:
         return None, []
     try:
-        plan = read_map(_found(folder.absolute().parent / name, Path(name)))
+        plan = read_map(_found(folder.resolve().parent / name, Path(name)))
         if not _has_walls(plan, building):
             raise BuildingError(f"The map {name} with the building's doors has other walls.")
     except BuildingError as error:

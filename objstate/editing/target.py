@@ -23,7 +23,8 @@ def target_of(source: Path, out: str | Path | None) -> Path:
         raise BuildingError(
             f"{source} is a map, which isn't changed; say with --out where its building goes."
         )
-    target = folder_of(source) if out is None else Path(out)
+    folder = folder_of(source) if out is None else Path(out)
+    target = folder.resolve() if folder.is_symlink() else folder  # a link itself isn't replaced
     if not is_in_place(source, target):
         check_apart(target, *(files_of_map(source) if is_map(source) else [source]))
     check_saving(source, target)

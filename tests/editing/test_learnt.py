@@ -102,8 +102,10 @@ def test_a_map_is_found_from_any_working_directory(
 ) -> None:
     elsewhere = found.parent / "elsewhere"
     elsewhere.mkdir()
+    (elsewhere / "link").symlink_to(found)
     monkeypatch.chdir(elsewhere)
     assert subject_of(found).plan is not None
+    assert subject_of("link").plan is not None
     monkeypatch.chdir(found)
     assert subject_of(Path()).plan is not None
     learn = found / LEARN_FILE

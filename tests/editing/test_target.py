@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from objstate.building import load_building
 from objstate.building.written import list_files
 from objstate.editing.rows import Edits
 from objstate.editing.saving import save
@@ -98,3 +99,18 @@ def test_a_sidecar_of_the_user_is_never_overwritten(folder: Path) -> None:
     with pytest.raises(BuildingError, match=r"objstate didn't write .*room\.building\.yaml"):
         import_building(out / "room.sdf", out.parent / "again", overwrite=True)
     assert sidecar.exists()
+
+
+@pytest.mark.parametrize("source", ["link", "link/room.urdf"])
+@pytest.mark.parametrize("out", [None, "link"])
+def test_a_link_to_a_folder_is_edited_where_it_leads(
+    folder: Path, source: str, out: str | None
+) -> None:
+    (folder / "calibration.yaml").write_text("lasers: {}\n")
+    link = folder.parent / "link"
+    link.symlink_to(folder)
+    subject = subject_of(folder.parent / source, None if out is None else folder.parent / out)
+    assert save(subject, Edits(doors=[])).urdf == folder / "room.urdf"
+    assert link.is_symlink()
+    assert "left" not in load_building(folder / "room.urdf").objects
+    assert (folder / "calibration.yaml").is_file()
