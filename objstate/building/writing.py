@@ -55,17 +55,20 @@ def check_target(out: Path, overwrite: bool) -> None:
         )
 
 
-def check_output(out: Path, overwrite: bool, *inputs: str | Path) -> None:
+def check_output(
+    out: Path, overwrite: bool, *inputs: str | Path, cure: str = "choose another folder"
+) -> None:
     """The same for what is made of some ``inputs``.
 
-    Raises BuildingError also where ``out`` holds one of these, or what a person decided.
+    Raises BuildingError also where ``out`` holds one of these, or what a person decided, for which
+    the message names the ``cure``.
     """
     check_target(out, overwrite)
     check_apart(out, *inputs)
     if (out / DECISIONS_FILE).exists():
         raise BuildingError(
             f"{out / DECISIONS_FILE} holds what a person decided on doors, so {out} won't be "
-            "overwritten; choose another folder."
+            f"overwritten; {cure}."
         )
 
 

@@ -23,6 +23,7 @@ from objstate.building.sidecar import sidecar_of
 from objstate.building.warping import Columns
 from objstate.building.writing import (
     CALIBRATION,
+    DECISIONS_FILE,
     LEARN_FILE,
     REPORT_FILE,
     check_output,
@@ -53,6 +54,11 @@ from objstate.world.surveys import is_same
 from objstate.world.widths import Edges
 
 SURVEYING = 0.5  # of the whole work
+# of an edited folder, with its drives: learnt doors are the given building's, not the edited ones
+GO_ON = (
+    "copy the folder {out} to EDITED, remove {out}/{decisions}, learn again, and go on editing with "
+    "'objstate building edit {out} --out EDITED'"
+)
 
 Report = Callable[[float], None]  # share of all drives done
 Result = TypeVar("Result")
@@ -98,7 +104,7 @@ def refine_building(
     digest, columns = geometry_digest(model), Columns.of(model.walls)
     error = model.error or BuildingErrorSettings()
     before = told_before(target, digest)
-    check_output(target, overwrite or before is not None, building)
+    _check_target(target, building, overwrite, goes_on=before is not None)
     old = before or []
     fresh, warnings = distinct_logs(logs, run, {told.digest for told in old})
     surveys = Surveys(columns, error)
@@ -144,6 +150,15 @@ def refine_building(
         silent,
         (*warnings, *fitted.warnings),
     )
+
+
+def _check_target(target: Path, building: str | Path, overwrite: bool, *, goes_on: bool) -> None:
+    """Raise BuildingError where nothing may be written to a folder, or learnt on from it."""
+    if goes_on:
+        cure = GO_ON.format(out=target, decisions=DECISIONS_FILE)
+        check_output(target, True, building, cure=cure)
+    else:
+        check_output(target, overwrite, building)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,9 @@ from objstate.building.model import Building
 from objstate.building.outline import outline
 from objstate.calibration import read_calibration
 from objstate.discovery import refine_building
+from objstate.editing.rows import Edits
+from objstate.editing.saving import save
+from objstate.editing.subject import subject_of
 from objstate.simulation import simulate
 from tests.cli.conftest import Run, run
 
@@ -203,6 +206,38 @@ def test_it_goes_on_from_what_it_knows(
         )
     assert words[0]["walls"] == words[1]["walls"]
     assert words[0]["lasers"] == words[1]["lasers"]
+
+
+def test_decisions_and_drives_of_an_edited_folder_last_by_the_cure_that_is_told(
+    run: Run, drives: tuple[Path, list[Path]], tmp_path: Path
+) -> None:
+    model, logs = drives
+    better, edited = tmp_path / "better", tmp_path / "edited"
+    learn = (*LEARN, "--building", model, "--out", better)
+    run(*learn, logs[0])
+    subject = subject_of(better)
+    north, south, far = sorted(subject.rows, key=lambda row: row.x)
+    moved = north.model_copy(update={"x": north.x + 0.1, "decision": "accepted"})
+    rejected = far.model_copy(update={"decision": "rejected"})
+    save(subject, Edits(doors=[moved, south, rejected]))
+    before = (better / "decisions.json").read_bytes()
+    refused = run(*learn, logs[1])
+    assert refused.code == 1
+    told = " ".join(refused.err.split())
+    assert f"copy the folder {better} to EDITED, remove {better}/decisions.json" in told
+    assert f"'objstate building edit {better} --out EDITED'" in told
+    assert (better / "decisions.json").read_bytes() == before
+    shutil.copytree(better, edited)
+    (better / "decisions.json").unlink()
+    assert run(*learn, logs[1]).code == 0
+    assert len(json.loads((better / "learn.json").read_text())["drives"]) == 2
+    again = subject_of(better, edited)
+    save(again, Edits(doors=again.rows))
+    doors = load_building(edited / "hall.urdf").objects
+    assert set(doors) == {"north", "south"}
+    assert doors["north"].hinge == pytest.approx([moved.x, moved.y], abs=1e-4)
+    learnt = load_building(better / "hall.urdf")["south"]
+    assert doors["south"].hinge == pytest.approx(learnt.hinge, abs=1e-6)
 
 
 def test_a_drive_that_was_lost_is_left_out_by_name(
