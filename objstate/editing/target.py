@@ -40,8 +40,17 @@ def check_saving(source: Path, target: Path) -> None:
         return
     if is_in_place(source, target):
         check_in_place(target)
-        return
-    check_target(target, overwrite=True)
+    else:
+        check_target(target, overwrite=True)
+        _check_edited(target)
+    if within := sorted(each for each in target.iterdir() if each.is_dir()):
+        raise BuildingError(
+            f"{within[0]} would be lost, as {target} is replaced by what is edited; move it away, "
+            "or give another --out."
+        )
+
+
+def _check_edited(target: Path) -> None:
     if any(target.iterdir()) and not (target / DECISIONS_FILE).is_file():
         raise BuildingError(
             f"{target} has no {DECISIONS_FILE} of an earlier edit, so what it holds won't be "

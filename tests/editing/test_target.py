@@ -114,3 +114,15 @@ def test_a_link_to_a_folder_is_edited_where_it_leads(
     assert link.is_symlink()
     assert "left" not in load_building(folder / "room.urdf").objects
     assert (folder / "calibration.yaml").is_file()
+
+
+@pytest.mark.parametrize("out", [None, "out"])
+def test_a_building_within_the_folder_is_not_lost(folder: Path, out: str | None) -> None:
+    target = folder if out is None else folder.parent / out
+    subject = subject_of(folder, target)
+    save(subject, Edits(doors=subject.rows))
+    export_building(folder / "room.urdf", target / "world", "sdf")
+    for edit in (lambda: subject_of(folder, target), lambda: save(subject, Edits(doors=[]))):
+        with pytest.raises(BuildingError, match=r"world would be lost"):
+            edit()
+    assert (target / "world" / "room.sdf").is_file()
