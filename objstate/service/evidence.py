@@ -6,14 +6,14 @@ import math
 import secrets
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy import insert, select
 
-from objstate.building.model import Kind
+from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.geometry import FloatArray
 from objstate.lazy import altered
@@ -69,27 +69,38 @@ class EvidenceDesk:
         self._database, self._store = database, store
         self._believed, self._settings = believed, settings
         self._on_taught = on_taught
-        self._lock = threading.Lock()  # each report is weighed with all before it
+        self._lock = threading.Lock()  # reports are stamped in the order in which they are taken
 
     def take(self, name: str, report: Report, token: str) -> ObjectBelief:
         """The belief with a report. Raises Problem for one that can't be, WorldError."""
         item = self._believed.now.world.objects[known_object(self._believed.now.world, name)]
         if item.kind is Kind.PLANAR:
             raise Problem(422, f"'{name}' is furniture, of which nothing can be told yet.", DOORS)
-        stamp_ns = _stamp_of(report, time.time_ns())
+        lower, upper = _region(item, report)
         identity = secrets.token_hex(8) if report.id is None else report.id
+        on_record = insert(EVIDENCE).values(
+            id=identity,
+            object=name,
+            source=report.source,
+            lower=lower,
+            upper=upper,
+            reliability=report.reliability,
+            token=token,
+        )
         with self._lock:
-            self._believed.refresh()
-            before = self._believed.at(stamp_ns, name)[name]
-            lower, upper = _region(before, report)
-            after = told(before, lower, upper, report.reliability)
-            row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
-            row |= {"lower": lower, "upper": upper, "reliability": report.reliability}
+            stamp_ns = _stamp_of(report, time.time_ns())
             entry = DriveEntry(f"{REPORT}{identity}", stamp_ns, stamp_ns, self._settings)
-            on_record = insert(EVIDENCE).values(id=identity, **row)
-            is_new = self._store.add(entry, [after], also=[on_record])
+            taken = list[ObjectBelief]()
+
+            def weighed() -> Iterator[ObjectBelief]:  # in the transaction: no other report comes
+                self._believed.refresh()
+                before = self._believed.at(stamp_ns, name)[name]
+                taken.append(told(before, lower, upper, report.reliability))
+                yield from taken
+
+            self._store.add(entry, weighed(), also=[on_record.values(stamp_ns=stamp_ns)])
             self._on_taught()
-            return after if is_new else self._believed.at(stamp_ns, name)[name]
+            return taken[0] if taken else self._believed.at(stamp_ns, name)[name]
 
     def reports(self, name: str) -> dict[str, Any]:
         """What was reported of an object, in time order. Raises Problem for an unknown one."""
@@ -134,9 +145,8 @@ def told(belief: ObjectBelief, lower: float, upper: float, reliability: float) -
     )
 
 
-def _region(belief: ObjectBelief, report: Report) -> tuple[float, float]:
+def _region(item: MovableObject, report: Report) -> tuple[float, float]:
     """The states that a report names. Raises Problem."""
-    item = belief.item
     if (report.state is None) == (report.region is None):
         raise Problem(422, "A report needs a state or a region, and not both.", "Give one.")
     if report.region is not None:
