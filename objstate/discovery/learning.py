@@ -13,7 +13,6 @@ from objstate.building.door_table import (
     BEARING_STD,
     HINGE_STD,
     PROBABILITY,
-    PROBABLE,
     SIDE,
     TYPE,
     WIDTH_STD,
@@ -84,7 +83,7 @@ def learn_doors(
             on_progress(LOCALIZING + (1.0 - LOCALIZING) * share, seconds)
 
     candidates = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
-    probable = [each for each in candidates if each.probability >= PROBABLE]
+    probable = [each for each in candidates if each.door.is_probable]
     building = building_of_map(plan, [each.door for each in probable])
     error = building.error or BuildingErrorSettings()
     error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})

@@ -166,10 +166,8 @@ class Backgrounds:
                 drawn.append(filling)
         taken |= on_leaf
         expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
-        gained = self.as_is.log_likelihood - log_likelihood
-        return Behind(
-            expected, log_likelihood, tuple(drawn), gained, self.as_is, cells.middles[~taken]
-        )
+        left = cells.middles[~taken]
+        return Behind(expected, log_likelihood, tuple(drawn), self.as_is, cells=left)
 
     def redrawn(self, leaves: Sequence[Leaf], behind: Behind) -> Behind | None:
         """Without what lies on leaves, where the map shows them; None where it shows none of them."""

@@ -146,11 +146,18 @@ class Behind:
     expected: FloatArray = field(repr=False)  # (3, n) m, beside the beams
     log_likelihood: FloatArray  # (groups,)
     drawn: tuple[Drawn, ...] = ()  # what was taken out of the map
-    # (groups,) what it gains
-    as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     as_is: Behind | None = field(default=None, repr=False)  # the map
+    # (groups,) or (1,) whether it may be right in a look
+    may_be_right: BoolArray = field(default_factory=lambda: np.ones(1, dtype=bool), repr=False)
     # (m, 2) m, middles of the map's cells that were left
     cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
+
+    @property
+    def as_drawn(self) -> FloatArray:
+        """(groups,) what the map gains; nothing in looks in which it is wrong."""
+        assert self.as_is is not None  # something was taken out of it
+        gained = self.as_is.log_likelihood - self.log_likelihood
+        return np.where(self.may_be_right, gained, -np.inf)
 
     def drawn_as(self, leaf: Leaf) -> Drawn | None:
         """What was taken out and is the leaf, if anything is."""
@@ -193,18 +200,13 @@ class Behind:
             if angles[k] < FLAT:
                 mine = np.flatnonzero(place.group == k)
                 expected[:, mine] = np.minimum(expected[:, mine], _front(place.beams[:, mine], own))
-        there = self.changed(expected, place.log_likelihood(expected))
-        if not self.drawn:
-            return there
         is_right = self.map_of(leaf, angles)[1] | (angles >= leaf.away)
-        return replace(there, as_drawn=np.where(is_right, there.as_drawn, -np.inf))
-
-    def changed(self, expected: FloatArray, log_likelihood: FloatArray) -> Behind:
-        """The same with more in it, where other distances (3, n) are expected."""
-        as_drawn = self.as_drawn
-        if self.drawn:
-            as_drawn = as_drawn + self.log_likelihood - log_likelihood
-        return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
+        return replace(
+            self,
+            expected=expected,
+            log_likelihood=place.log_likelihood(expected),
+            may_be_right=self.may_be_right & is_right,
+        )
 
     def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) log-probability of what the map shows in the way of a leaf to these angles."""
@@ -244,7 +246,7 @@ def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> Behind:
         there = replace(behind, expected=expected)
         log_likelihood += gains(place, there, leaves[k : k + 1])[0]
         expected = np.minimum(expected, _front(place.beams, leaves[k]))
-    return behind.changed(expected, log_likelihood)
+    return replace(behind, expected=expected, log_likelihood=log_likelihood)
 
 
 def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:

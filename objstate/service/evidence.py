@@ -30,8 +30,6 @@ CLOSED_DEG, CLOSED_M = (
     2.0,
     0.02,
 )  # from its limit, within which a contact says that a door is closed
-
-
 CLOCK_ERROR_NS = 5 * 10**9  # by which clocks of those who report may be ahead
 
 

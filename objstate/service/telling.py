@@ -29,13 +29,20 @@ class Telling:
         """Tell of what was taught up to a revision and isn't told yet. Raises WorldError."""
         if known.drive <= self._told:
             return
-        with self._database.writing() as connection:
-            told = connection.execute(select(TOLD.c.drive)).scalar_one()
-            news = _news(connection, told, known) if told < known.drive else []
-            last = self._events.keep(connection, news)
-            connection.execute(update(TOLD).values(drive=max(told, known.drive)))
+        with self._database.reading() as connection:  # without waiting for writers
+            told = _told(connection)
+        if told < known.drive:
+            with self._database.writing() as connection:
+                told = _told(connection)
+                last = self._events.keep(connection, _news(connection, told, known))
+                connection.execute(update(TOLD).values(drive=max(told, known.drive)))
+            self._events.wake(last)
         self._told = known.drive
-        self._events.wake(last)
+
+
+def _told(connection: Connection) -> int:
+    """Up to which drive any process has told."""
+    return int(connection.execute(select(TOLD.c.drive)).scalar_one())
 
 
 def _news(connection: Connection, told: int, known: Known) -> list[tuple[str, dict[str, Any]]]:

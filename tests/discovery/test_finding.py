@@ -210,7 +210,8 @@ def test_a_map_is_right_beside_a_leaf_only_where_it_shows_the_leaf(
     cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(turn), np.sin(turn)])
     shown = Drawn(False, turn, np.zeros(2), 1.0, cells, -10.0)
     far = np.full((3, place.beams.shape[1]), 9.0)
-    behind = Behind(far, place.log_likelihood(far), (shown,), np.zeros(1))
+    as_is = Behind(far, place.log_likelihood(far))
+    behind = replace(as_is, drawn=(shown,), as_is=as_is)
     beside = behind.beside(place, leaf(), np.radians([angle_deg]))
     assert bool(np.isfinite(beside.as_drawn[0])) == is_right
     assert behind.turn_in_map(leaf()) == pytest.approx(turn, abs=np.radians(3.0))
@@ -582,7 +583,7 @@ def test_a_leaf_may_stand_in_what_a_map_has_of_it() -> None:
     far, wall = (np.full((3, place.beams.shape[1]), away) for away in (9.0, 2.1))
     without, as_is = (Behind(each, place.log_likelihood(each)) for each in (far, wall))
     gained = as_is.log_likelihood - without.log_likelihood
-    on_map = replace(without, drawn=(shown,), as_drawn=gained, as_is=as_is)
+    on_map = replace(without, drawn=(shown,), as_is=as_is)
     angles = np.radians([0.0, 60.0])
     gains = [each.gains(place, leaf(), angles)[:, 0] for each in (without, on_map)]
     assert gains[1][0] == gains[0][0]
