@@ -43,6 +43,7 @@ from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
+from objstate.objects.doorframe import bearings_by_walls
 from objstate.run import BuildingInput, RunOptions, open_run, unknown_start
 from objstate.run.calibrating import survey_log
 from objstate.run.doubts import doubts_of_robot, failures
@@ -129,7 +130,8 @@ def refine_building(
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
     there = [beside(one.doors, moved, 1.0) for one in counting]
-    doors = combined(there, error, downward(model))
+    bent = replace(model, walls=columns.warped(walls.walls))
+    doors = combined(there, error, downward(model), bearings_by_walls(bent, error.wall_std_m))
     pieces = put_together([places_beside(one.furniture, moved, 1.0) for one in counting])
     better = adjusted(model, columns, walls, doors, pieces)
     left_out = [one for one in told if one not in counting]

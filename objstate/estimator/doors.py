@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.building.model import Building, Kind
+from objstate.building.model import Building, Kind, MovableObject
 from objstate.config import BeamModelSettings, DoorSettings, Settings
 from objstate.estimator.believed import Believed
 from objstate.estimator.exposure import Exposure, Exposures, Seen
@@ -16,6 +16,7 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
+from objstate.objects.doorframe import BearingReading, bearing_by_walls
 from objstate.objects.mixture import NEVER, PACES, DoorMixture, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
@@ -90,7 +91,8 @@ class Doors:
             return None
         before = belief.joint
         if not isinstance(before, DoorMixture):
-            before = DoorMixture.of(self._doorway(belief), belief, self._widest)
+            door = self._doorway(belief.item, exposure.sight.height)
+            before = DoorMixture.of(door, belief, self._widest)
         before = before.among(self._paces.of(exposure.name))
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
@@ -158,10 +160,19 @@ class Doors:
             self._bearing.observe(name, evidence)
         self._hinge.observe(name, posterior.log_evidence("hinge", self._hinge.variances))
 
-    def _doorway(self, belief: ObjectBelief) -> Doorway:
-        chosen = self._settings.for_object(belief.item.name, "door")
+    def _doorway(self, item: MovableObject, height: float) -> Doorway:
+        chosen = self._settings.for_object(item.name, "door")
         assert isinstance(chosen, DoorSettings)
-        return Doorway(belief.item, chosen, self._settings.building_error)
+        error = self._settings.building_error
+        return Doorway(item, chosen, error, self._bearing_of(item, height))
+
+    def _bearing_of(self, item: MovableObject, height: float) -> BearingReading | None:
+        """The closed bearing of a door by the walls beside it, unless more is known of it."""
+        if item.name in self._known or item.kind is not Kind.HINGED:
+            return None
+        leaf = self._sensing.outline(item.name, height) + np.tile(item.hinge, 2)
+        std = self._settings.building_error.wall_std_m
+        return bearing_by_walls(item, leaf, self._sensing.walls_at(height), std)
 
     def _shape(self, door: Doorway, height: float) -> kernels.Shape:
         key = door.item.name, height

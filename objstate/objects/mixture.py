@@ -23,6 +23,7 @@ from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.doorframe import BearingReading
 from objstate.objects.doors import gaussian_prior, rest_shares
 from objstate.particles import Weights
 
@@ -63,6 +64,7 @@ class Doorway:
     item: MovableObject
     settings: DoorSettings
     error: BuildingErrorSettings
+    bearing: BearingReading | None = None  # what the walls tell of its closed bearing
 
     @property
     def _hinged(self) -> bool:
@@ -176,6 +178,21 @@ class Doorway:
             return self.rest
         out = self.rest * gaussian_prior(self.item, self.settings, self.states) + NEVER
         return np.asarray(out / out.sum())
+
+    def zero_before(self, statics: Statics) -> tuple[float, float]:
+        """rad, rad^2: mean and variance of the error of its state's zero before any scan."""
+        if self.bearing is None:
+            return 0.0, statics.bearing
+        gain = statics.bearing / (statics.bearing + self.bearing.variance)
+        return gain * self.bearing.error, gain * self.bearing.variance
+
+    def set_statics(self, means: FloatArray, covariances: FloatArray, statics: Statics) -> None:
+        """Set the static errors in Gaussians (c, 8), (c, 8, 8) to those before any scan."""
+        covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
+        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
+        zero, variance = self.zero_before(statics)
+        means[:, kernels.ZERO] = zero
+        covariances[:, kernels.ZERO, kernels.ZERO] = variance
 
     def _wanders(self, seconds: float) -> FloatArray:
         """(c, c) probabilities of each component of a moving door after some time, given now's."""
@@ -299,7 +316,7 @@ class DoorMixture:
         statics = statics if door.turn else Statics(statics.hinge, 0.0)
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
-        _set_statics(covariances, statics)
+        door.set_statics(means, covariances, statics)
         resting = door.prior
         return DoorMixture(
             door,
@@ -506,7 +523,7 @@ class DoorMixture:
         means[:, static] = 0.0
         covariances[:, static] = 0.0
         covariances[:, :, static] = 0.0
-        _set_statics(covariances, self.statics)
+        self.door.set_statics(means, covariances, self.statics)
         return means, covariances
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
@@ -561,13 +578,6 @@ class DoorMixture:
         """The posterior of the state as weights of a lattice's states."""
         (weights,), (p_moving,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
-
-
-def _set_statics(covariances: FloatArray, statics: Statics) -> None:
-    """Set the variances of static errors in covariances (c, 8, 8) to those before any scan."""
-    covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
-    covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
-    covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing
 
 
 def _under_each(resting: FloatArray, moving: FloatArray) -> FloatArray:

@@ -67,6 +67,7 @@ class Statics:
         mounts: Mapping[str, FloatArray],
     ) -> Statics:
         """By drives; ``mounts`` (4, 4) are those of the log's lasers by frame."""
+        from objstate.objects.doorframe import bearings_by_walls
         from objstate.world.adjusting import adjusted, beside, downward, motions
         from objstate.world.statics import combined, rehung
 
@@ -79,7 +80,9 @@ class Statics:
             walls = surveyed.walls
         moved = motions(building, columns, walls)
         there = [beside(told, moved, 1.0)]
-        hung = tuple(combined(there, error, downward(building))) if told else ()
+        bent = replace(building, walls=columns.warped(walls))
+        by_walls = bearings_by_walls(bent, error.wall_std_m)
+        hung = tuple(combined(there, error, downward(building), by_walls)) if told else ()
         if surveyed is None:
             return Statics(0, columns, walls, (), moved, told, hung, rehung(building, hung))
         lasers = _corrections(surveyed, mounts)

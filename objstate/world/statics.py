@@ -24,6 +24,7 @@ from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.estimator.doors import OUTLIERS, Deviation
 from objstate.geometry import FloatArray, rotation_about, transform
 from objstate.objects import ObjectBelief
+from objstate.objects.doorframe import BearingReading
 from objstate.objects.doors import AJAR, AJAR_DEG
 from objstate.objects.mixture import DoorMixture
 from objstate.objects.mixture_kernels import STATE, ZERO
@@ -286,7 +287,10 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
 
 
 def combined(
-    drives: Sequence[Drive], error: BuildingErrorSettings, downward: Collection[str] = ()
+    drives: Sequence[Drive],
+    error: BuildingErrorSettings,
+    downward: Collection[str] = (),
+    by_walls: Mapping[str, BearingReading] | None = None,
 ) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
@@ -296,7 +300,9 @@ def combined(
     saw a leaf at different angles.
 
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
-    own deviations ``error`` has. The doors that are ``downward`` are closed at their upper limit.
+    own deviations ``error`` has: those are of all that is known of them. The doors that are
+    ``downward`` are closed at their upper limit. What the walls tell of bearings is in
+    ``by_walls``, by door.
     """
     drives, rough = agreed(drives)
     names = sorted({name for drive in drives for name in drive})
@@ -308,6 +314,9 @@ def combined(
     for name, evidence in told.items():
         if name in error.doors:
             continue
+        if by_walls and name in by_walls:
+            reading = by_walls[name]
+            logs[name] = logs[name] + _log_normal(BEARINGS - reading.error, reading.variance)
         hinges.observe(name, _of_hinge(evidence, hinges.variances))
         bearings.observe(name, _of_bearing(logs[name], bearings.variances))
     out = []
@@ -484,17 +493,17 @@ def _summed(drives: Sequence[Drive]) -> Drive:
 
 
 def _log_bearing(mixture: DoorMixture) -> FloatArray:
-    """(g,) the log-likelihood of bearings."""
+    """(g,) the log-likelihood of bearings, without what the walls tell."""
     if not mixture.door.turn:
         return np.zeros(len(BEARINGS))
     weights, cells = mixture.weights, mixture.door.cells
-    before = mixture.statics.bearing
+    error, before = mixture.door.zero_before(mixture.statics)
+    step = np.radians(STEP_DEG / 2.0) ** 2
     likelihood = np.full(len(BEARINGS), float(weights[:cells].sum()))
     for k in range(cells, len(weights)):  # the limits
         mean, variance = mixture.means[k, ZERO], mixture.covariances[k, ZERO, ZERO]
-        variance += np.radians(STEP_DEG / 2.0) ** 2
-        after = _log_normal(BEARINGS - mean, variance)
-        likelihood += weights[k] * np.exp(after - _log_normal(BEARINGS, before))
+        after = _log_normal(BEARINGS - mean, variance + step)
+        likelihood += weights[k] * np.exp(after - _log_normal(BEARINGS - error, before + step))
     log = np.log(np.maximum(likelihood, 1e-300))
     return np.asarray(log - log.max())
 

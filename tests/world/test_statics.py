@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from objstate.config import BuildingErrorSettings, DoorErrorSettings
+from objstate.config import BuildingErrorSettings, DoorErrorSettings, DoorSettings
+from objstate.objects.doorframe import BearingReading
+from objstate.objects.mixture import DoorMixture, Doorway, Statics
 from objstate.world.statics import BEARINGS, DoorEvidence, agreed, combined, contradicting
+from tests.rooms import door as door_of
 
 ERROR = BuildingErrorSettings()
 
@@ -56,6 +59,25 @@ def test_a_door_that_was_never_closed_keeps_its_bearing() -> None:
     (door,) = combined([{"door": evidence(0.01, 0.0, 0.005)}] * 3, ERROR)
     assert door.bearing == pytest.approx(0.0, abs=1e-9)
     assert door.bearing_std > np.radians(0.05)
+
+
+def test_the_walls_tell_the_bearing_of_a_door_that_was_never_closed() -> None:
+    drives = [{name: evidence(0.01, 0.0, 0.005) for name in ("a", "b", "c")}] * 3
+    reading = BearingReading(np.radians(2.0), np.radians(0.5) ** 2)
+    found = combined(drives, ERROR, by_walls=dict.fromkeys("abc", reading))
+    alone = combined([drives[0]], ERROR, by_walls=dict.fromkeys("abc", reading))
+    for door, once in zip(found, alone, strict=True):
+        assert np.degrees(door.bearing) == pytest.approx(1.8, abs=0.2)
+        assert door.bearing == pytest.approx(once.bearing, abs=1e-9)  # told once, not by drives
+
+
+def test_what_the_walls_tell_isnt_evidence_of_a_drive() -> None:
+    reading = BearingReading(np.radians(2.0), np.radians(0.5) ** 2)
+    leaf = door_of("door", 0.0, 0.0)
+    way = Doorway(leaf, DoorSettings(), ERROR, reading)
+    unseen = DoorMixture.unknown(way, Statics(0.03**2, np.radians(3.0) ** 2))
+    told = DoorEvidence.of(unseen).bearing
+    assert np.ptp(told) < 1e-6
 
 
 def test_what_was_learnt_before_is_the_prior() -> None:
