@@ -68,10 +68,10 @@ class Doors:
         """Deviations of hinges and bearings, learnt from the doors seen so far."""
         return Statics(self._hinge.variance, self._bearing.variance)
 
-    @property
-    def _widest(self) -> Statics:
-        """The prior with which doors are filtered; they are published under learnt ones."""
-        return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
+    def _widest(self, name: str) -> Statics:
+        """The prior with which a door is filtered; it is published under narrower ones."""
+        widest = Statics(self._hinge.variances[-1], self._bearing.variances[-1])
+        return Statics(*map(max, widest, self._known.get(name, widest)))
 
     def observe(
         self, names: Sequence[str], believed: Believed, exposures: Exposures
@@ -92,7 +92,7 @@ class Doors:
         before = belief.joint
         if not isinstance(before, DoorMixture):
             door = self._doorway(belief.item, exposure.sight.height)
-            before = DoorMixture.of(door, belief, self._widest)
+            before = DoorMixture.of(door, belief, self._widest(belief.item.name))
         before = before.among(self._paces.of(exposure.name))
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)

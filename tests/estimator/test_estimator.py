@@ -16,6 +16,7 @@ from objstate.config import BuildingErrorSettings, Settings
 from objstate.errors import BuildingError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, wrap
+from objstate.objects.mixture import DoorMixture
 from objstate.records import (
     Estimate,
     GaussianRobotBelief,
@@ -369,6 +370,18 @@ def test_what_is_known_from_before_takes_the_place_of_the_prior() -> None:
     assert known["a"].std[0] < later.std[0] < Estimator(CORRIDOR).objects["a"].std[0]
     with pytest.raises(BuildingError, match="no object 'x'"):
         Estimator(CORRIDOR, beliefs={"x": known["a"]})
+
+
+def test_a_door_may_be_known_less_surely_than_any_other() -> None:
+    own = {"a": {"hinge_std_m": 0.5, "bearing_std_deg": 20.0}}
+    settings = Settings.model_validate({"building_error": {"doors": own}})
+    estimator = Estimator(CORRIDOR, settings, initial_pose=START)
+    rows = fed(estimator, short_drive().records)
+    assert np.isfinite([value for row in rows for value in (row.mean, row.std)]).all()
+    joint = estimator.objects["a"].joint
+    assert isinstance(joint, DoorMixture)
+    # a prior is exchanged for a narrower one: for a wider one there may be none
+    assert joint.statics == pytest.approx((0.5**2, np.radians(20.0) ** 2))
 
 
 def test_an_uncertain_robot_updates_no_objects() -> None:
