@@ -153,7 +153,7 @@ class Estimator:
                 p = self.p_localized if self._robot.localizes else 1.0
                 return [altered(row, p_localized=p) for row in published]
             case belief:
-                self._start.take(belief, self._monitor, self._thinned.now_ns)
+                self._start.take(belief, self._monitor)
         return []
 
     def _sense(self, scan: Scan) -> list[Estimate]:

@@ -25,7 +25,7 @@ class Start:
             robot.start(pose)
 
     def take(
-        self, record: InitialPose | GaussianRobotBelief | RobotBelief, monitor: Monitor, now_ns: int
+        self, record: InitialPose | GaussianRobotBelief | RobotBelief, monitor: Monitor
     ) -> None:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
         robot, is_start = self._robot, isinstance(record, InitialPose)
@@ -39,4 +39,4 @@ class Start:
                 "robot belief."
             )
         robot.take(record)
-        monitor.restart(now_ns, is_start=is_start)
+        monitor.restart(record.stamp_ns, is_start=is_start)

@@ -391,6 +391,14 @@ def test_an_uncertain_robot_updates_no_objects() -> None:
     assert all(belief.stamp_ns is None for belief in estimator.objects.values())
 
 
+def test_a_robot_of_an_uncertain_start_is_lost_from_that_start_on_and_not_from_1970_on() -> None:
+    wide = InitialPose(START_NS - 1, START, np.diag([1.0, 1.0, 0.1]))
+    estimator = Estimator(CORRIDOR)
+    fed(estimator, [wide, *short_drive().records])
+    assert estimator.lost[0][0] == START_NS - 1
+    assert not estimator.is_lost
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: int) -> None:
     sides = [(0.0, -3.0), (10.0, -3.0), (10.0, 2.0), (6.0, 3.0), (0.0, 3.0)]
