@@ -84,7 +84,7 @@ class InitialPose:
 
     stamp_ns: int
     mean: FloatArray  # (3,) x, y, yaw in map
-    covariance: FloatArray  # (3, 3)
+    covariance: FloatArray | None  # (3, 3); None: not known
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class GaussianRobotBelief:
 
     stamp_ns: int
     mean: FloatArray  # (3,) x, y, yaw in map
-    covariance: FloatArray  # (3, 3)
+    covariance: FloatArray | None  # (3, 3); None: not known
 
 
 Record = Odometry | Scan | InitialPose | RobotBelief | GaussianRobotBelief

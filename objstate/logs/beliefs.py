@@ -17,6 +17,8 @@ MAP = "map"
 # rows and columns of x, y and yaw in ROS's covariance over x, y, z, roll, pitch, yaw
 PLANE = np.ix_([0, 1, 5], [0, 1, 5])
 
+ROUNDING = 1e-6  # relative to the largest variance; a smaller negative one is a rounding error
+
 
 def plane_pose(pose: Any) -> tuple[float, float, float]:
     """x, y and yaw of a ``geometry_msgs/Pose``; yaw is the heading of its x axis.
@@ -68,9 +70,13 @@ def is_in_map(message: Any, topic: str, notices: Notices) -> bool:
     return False
 
 
-def _gaussian(message: Any) -> tuple[FloatArray, FloatArray]:
+def _gaussian(message: Any) -> tuple[FloatArray, FloatArray | None]:
+    """Mean (3,) and covariance (3, 3); None where a variance is 0, by which ROS says "unknown"."""
     mean = np.array(plane_pose(message.pose.pose))
     covariance = np.asarray(message.pose.covariance, dtype=float).reshape(6, 6)[PLANE]
     if not np.isfinite(covariance).all():
         raise ValueError("its covariance is not finite")
-    return mean, covariance
+    variances = np.linalg.eigvalsh(0.5 * (covariance + covariance.T))
+    if variances[0] < -ROUNDING * max(variances[2], 0.0):
+        raise ValueError("its covariance is not positive semidefinite")
+    return mean, covariance if covariance.diagonal().all() else None

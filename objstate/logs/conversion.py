@@ -190,9 +190,15 @@ class Converter:
         if not is_in_map(decoded, message.topic, self._notices):
             return
         try:
-            yield convert(decoded, self._stamp_ns(message, decoded.header.stamp))
+            belief = convert(decoded, self._stamp_ns(message, decoded.header.stamp))
         except ValueError as error:
             self._notices.drop(f"Belief on {message.topic}", str(error))
+            return
+        if not isinstance(belief, RobotBelief) and belief.covariance is None:
+            self._notices.add(
+                f"{message.topic} has a variance of 0: the error of its pose is taken as unknown"
+            )
+        yield belief
 
     def _stamp_ns(self, message: Message, stamp: Any) -> int:
         """The header's time; where it is zero, the recorder's."""

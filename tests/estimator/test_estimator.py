@@ -391,6 +391,16 @@ def test_an_uncertain_robot_updates_no_objects() -> None:
     assert all(belief.stamp_ns is None for belief in estimator.objects.values())
 
 
+def test_a_start_whose_error_is_unknown_may_be_off_by_decimetres() -> None:
+    driven = short_drive()
+    estimator = Estimator(CORRIDOR)
+    off = START + np.array([0.3, 0.2, 0.1])
+    fed(estimator, [InitialPose(START_NS - 1, off, None), *driven.records])
+    assert estimator.robot is not None
+    end = driven.poses[max(driven.poses)]
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.1
+
+
 def test_a_robot_of_an_uncertain_start_is_lost_from_that_start_on_and_not_from_1970_on() -> None:
     wide = InitialPose(START_NS - 1, START, np.diag([1.0, 1.0, 0.1]))
     estimator = Estimator(CORRIDOR)

@@ -107,9 +107,13 @@ class Drive:
         )
         return self.add(topic, kind, t, TYPES[kind](transforms=[stamped]))
 
-    def pose_with_covariance(self, t, x, y, yaw, *, topic, frame="map", recorded=None):
+    def pose_with_covariance(
+        self, t, x, y, yaw, *, topic, frame="map", recorded=None, variances=(0.25, 0.25, 0.07)
+    ):
         kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
-        covariance = np.arange(36.0)
+        covariance = np.zeros(36)
+        covariance[[0, 7, 35]] = variances
+        covariance[[1, 6]] = 0.2 * max(variances[0], 0.0)
         message = TYPES[kind](
             header=header(t, frame),
             pose=TYPES["geometry_msgs/msg/PoseWithCovariance"](

@@ -204,7 +204,8 @@ def test_beliefs_of_every_kind(drive, tmp_path) -> None:
     records, log = read(drive, tmp_path)
     assert isinstance(records[0], InitialPose)
     np.testing.assert_allclose(records[0].mean, [1.0, 2.0, 0.5])
-    np.testing.assert_array_equal(records[0].covariance, [[0, 1, 5], [6, 7, 11], [30, 31, 35]])
+    covariance = [[0.25, 0.05, 0.0], [0.05, 0.25, 0.0], [0.0, 0.0, 0.07]]
+    np.testing.assert_array_equal(records[0].covariance, covariance)
     (gaussian,) = of(GaussianRobotBelief, records)
     np.testing.assert_allclose(gaussian.mean, [1.0, 2.0, 0.5])
     equal, weighted = of(RobotBelief, records)
@@ -212,6 +213,22 @@ def test_beliefs_of_every_kind(drive, tmp_path) -> None:
     np.testing.assert_allclose(equal.weights, [0.5, 0.5])
     np.testing.assert_allclose(weighted.weights, [0.25, 0.75])
     assert log.counts["InitialPose"] == 1
+
+
+@pytest.mark.parametrize("variances", [(0.0, 0.0, 0.0), (0.25, 0.25, 0.0)])
+def test_a_variance_of_zero_means_that_the_error_is_unknown(drive, tmp_path, variances) -> None:
+    drive.pose_with_covariance(0.0, 1.0, 2.0, 0.5, topic="/initialpose", variances=variances)
+    records, log = read(drive.straight(), tmp_path)
+    (start,) = of(InitialPose, records)
+    assert start.covariance is None
+    assert any("/initialpose has a variance of 0" in warning for warning in log.warnings)
+
+
+def test_a_covariance_that_is_none_is_dropped_and_told(drive, tmp_path) -> None:
+    drive.pose_with_covariance(0.0, 1.0, 2.0, 0.5, topic="/initialpose", variances=(-1.0, 1.0, 1.0))
+    records, log = read(drive.straight(), tmp_path)
+    assert not of(InitialPose, records)
+    assert any("not positive semidefinite" in warning for warning in log.warnings)
 
 
 def test_a_belief_in_another_frame_is_not_used_and_told(drive, tmp_path) -> None:
