@@ -20,7 +20,7 @@ from objstate.logs.beliefs import (
 )
 from objstate.logs.definitions import ODOMETRY
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
-from objstate.logs.messages import Container, Message
+from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.ordering import Arrival, Item
 from objstate.logs.roles import Roles, check_left_out
@@ -58,7 +58,8 @@ class Converter:
         self._tree = FrameTree()
         self._mountings = Mountings(self._tree, mounts, notices)
         self._geometry = BeamGeometry()
-        self._clock_offsets: dict[str, int] = {}
+        self._delays_ns: dict[str, int] = {}  # recording minus header time, the last, by topic
+        self._odometry_from: str | None = None  # topic of the last odometry
         self._look_ahead(survey_ns)
         self._handlers = self._handlers_by_topic()
 
@@ -78,6 +79,7 @@ class Converter:
             found = survey(self._messages, self._roles, self._tree, survey_ns)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
+            self._surveyed_delay_ns = found.delay_ns or 0
             self._odometry_edge = self._find_odometry_in_tf()
             for topic, laser in found.laser_frames.items():
                 if topic not in self._duplicates:
@@ -143,7 +145,7 @@ class Converter:
     def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
         laser = frame_name(scan.header.frame_id)
         self.mountings[laser] = mounting = self._find_mounting(laser)
-        stamp_ns = self._stamp_ns(message, scan.header.stamp) - self._ahead_ns.get(laser, 0)
+        stamp_ns = self._stamp_ns(message, scan) - self._ahead_ns.get(laser, 0)
         sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
         if sweep is not None:
             yield sweep
@@ -157,7 +159,8 @@ class Converter:
         except ValueError as error:
             self._notices.drop("Odometry", str(error))
             return
-        stamp_ns = self._stamp_ns(message, odometry.header.stamp)
+        self._odometry_from = message.topic
+        stamp_ns = self._stamp_ns(message, odometry)
         yield Odometry(stamp_ns, pose if base is None else compose(pose, base))
 
     def _transforms(self, message: Message, tf: Any) -> Iterator[Item]:
@@ -181,7 +184,8 @@ class Converter:
         except ValueError as error:
             self._notices.drop("Odometry", str(error))
             return
-        stamp_ns = self._stamp_ns(message, stamped.header.stamp)
+        self._odometry_from = message.topic
+        stamp_ns = self._stamp_ns(message, stamped)
         yield Odometry(stamp_ns, pose_from_transform(in_odom))
 
     def _beliefs(
@@ -190,7 +194,7 @@ class Converter:
         if not is_in_map(decoded, message.topic, self._notices):
             return
         try:
-            belief = convert(decoded, self._stamp_ns(message, decoded.header.stamp))
+            belief = convert(decoded, self._stamp_ns(message, decoded))
         except ValueError as error:
             self._notices.drop(f"Belief on {message.topic}", str(error))
             return
@@ -200,17 +204,23 @@ class Converter:
             )
         yield belief
 
-    def _stamp_ns(self, message: Message, stamp: Any) -> int:
-        """The header's time; where it is zero, the recorder's."""
-        stamp_ns = int(stamp.sec * 10**9 + stamp.nanosec)
+    def _stamp_ns(self, message: Message, stamped: Any) -> int:
+        """The header's time; where it is zero, the recorder's, on the clock of the headers."""
+        stamp_ns = header_ns(stamped)
         if stamp_ns == 0:
             self._notices.add(f"{message.topic} has no header times: recording times are used")
-            return message.recorded_ns
-        offset = message.recorded_ns - stamp_ns
-        if abs(offset - self._clock_offsets.get(message.topic, offset)) > CLOCK_JUMP_NS:
+            return message.recorded_ns - self._between_clocks_ns
+        delay_ns = message.recorded_ns - stamp_ns
+        if abs(delay_ns - self._delays_ns.get(message.topic, delay_ns)) > CLOCK_JUMP_NS:
             self._notices.add(
                 f"Header times of {message.topic} jump by more than {CLOCK_JUMP_NS / 1e9:g} s "
                 "against the recording times"
             )
-        self._clock_offsets[message.topic] = offset
+        self._delays_ns[message.topic] = delay_ns
         return stamp_ns
+
+    @property
+    def _between_clocks_ns(self) -> int:
+        """Recording minus header time, where they are by different clocks, as in simulations."""
+        delay_ns = self._delays_ns.get(self._odometry_from or "", self._surveyed_delay_ns)
+        return delay_ns if abs(delay_ns) > CLOCK_JUMP_NS else 0

@@ -15,7 +15,7 @@ from objstate.logs.containers import Messages, Paths, as_paths
 from objstate.logs.definitions import LASER_SCAN, ODOMETRY, TF
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
 from objstate.logs.log import open_log
-from objstate.logs.messages import Message
+from objstate.logs.messages import Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.roles import odometry_topic
 from objstate.logs.scans import clean_ranges
@@ -237,9 +237,8 @@ class _Survey:
             for stamped in decoded.transforms:
                 self.tree.update(stamped)
             return
-        stamp = decoded.header.stamp
         clock = self._clocks.setdefault(message.topic, _Clock())
-        clock.note(stamp.sec * 10**9 + stamp.nanosec, message.recorded_ns)
+        clock.note(header_ns(decoded), message.recorded_ns)
         if message.type == ODOMETRY:
             self._odometry_child = frame_name(decoded.child_frame_id) or BASE
         else:

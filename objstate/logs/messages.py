@@ -35,6 +35,12 @@ class Message(NamedTuple):
         return self.message_type.decode(self.data)
 
 
+def header_ns(message: Any) -> int:
+    """The stamp in a decoded message's header; 0 where there is none."""
+    stamp = message.header.stamp
+    return int(stamp.sec * 10**9 + stamp.nanosec)
+
+
 class Container(Protocol):
     """One recorded file, or folder, of some format."""
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from objstate.errors import LogError
 from objstate.logs.frames import BASE, FrameTree, frame_name
-from objstate.logs.messages import Container, Message
+from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.roles import Roles, preferred
 
 # ns of recording; by then every sensor has spoken
@@ -26,6 +26,7 @@ class Survey:
 
     laser_frames: dict[str, str] = field(default_factory=dict)  # by topic
     odometry_child: str | None = None  # the robot's frame in the odometry
+    delay_ns: int | None = None  # by which recording times are ahead of header times
 
     def duplicates(self) -> dict[str, str]:
         """Topics with the same scans as another, by the one to use: processed copies."""
@@ -50,9 +51,12 @@ def survey(messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SU
             break
         if message.topic in roles.tf:
             _grow(tree, message, roles)
-        elif (decoded := _decoded(message, roles)) is None:
             continue
-        elif message.topic in roles.lasers:
+        if (decoded := _decoded(message, roles)) is None:
+            continue
+        if found.delay_ns is None and (stamp_ns := header_ns(decoded)):
+            found.delay_ns = message.recorded_ns - stamp_ns
+        if message.topic in roles.lasers:
             found.laser_frames.setdefault(message.topic, frame_name(decoded.header.frame_id))
         elif message.topic == roles.odometry and found.odometry_child is None:
             found.odometry_child = frame_name(decoded.child_frame_id) or BASE

@@ -170,6 +170,26 @@ def test_zero_header_times_fall_back_to_the_recording_times(drive, tmp_path, sta
     assert any("/scan has no header times" in warning for warning in log.warnings)
 
 
+@pytest.mark.parametrize("without", ["/initialpose", "/scan", "/odom"])
+def test_messages_without_a_time_among_those_of_a_simulated_clock_have_its_time(
+    new_drive, tmp_path, start_ns, without
+) -> None:
+    simulated, timeless = -start_ns * 1e-9, new_drive()
+    timeless.pose_with_covariance(None, 0, 0, 0, topic="/initialpose", recorded=0.0)
+    for step in range(9):
+        t = step / 4
+        is_left_out = {topic: topic == without and step < 2 for topic in ("/scan", "/odom")}
+        timeless.odometry(None if is_left_out["/odom"] else simulated + 1 + t, x=t, recorded=t)
+        stamp = None if is_left_out["/scan"] else simulated + 1 + t
+        timeless.scan(stamp, frame="base_link", recorded=t)
+    records, _ = read(timeless, tmp_path)
+    stamps = {kind: [r.stamp_ns for r in of(kind, records)] for kind in (Odometry, Scan)}
+    expected = [(1 + step / 4) * 1e9 for step in range(9)]
+    assert records[0].stamp_ns == pytest.approx(1e9, abs=1e4)
+    assert stamps[Odometry] == pytest.approx(expected, abs=1e4)
+    assert stamps[Scan] == pytest.approx(expected, abs=1e4)
+
+
 def test_a_clock_that_is_set_anew_is_told(drive, tmp_path) -> None:
     drive.straight(2.0)
     for step in range(20):
