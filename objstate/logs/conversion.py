@@ -60,6 +60,7 @@ class Converter:
         self._geometry = BeamGeometry()
         self._delays_ns: dict[str, int] = {}  # recording minus header time, the last, by topic
         self._odometry_from: str | None = None  # topic of the last odometry
+        self._compared: set[str] = set()  # topics of lasers whose clock was compared
         self._look_ahead(survey_ns)
         self._handlers = self._handlers_by_topic()
 
@@ -146,6 +147,7 @@ class Converter:
         laser = frame_name(scan.header.frame_id)
         self.mountings[laser] = mounting = self._find_mounting(laser)
         stamp_ns = self._stamp_ns(message, scan) - self._ahead_ns.get(laser, 0)
+        self._compare_clocks(message.topic)
         sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
         if sweep is not None:
             yield sweep
@@ -224,3 +226,19 @@ class Converter:
         """Recording minus header time, where they are by different clocks, as in simulations."""
         delay_ns = self._delays_ns.get(self._odometry_from or "", self._surveyed_delay_ns)
         return delay_ns if abs(delay_ns) > CLOCK_JUMP_NS else 0
+
+    def _compare_clocks(self, topic: str) -> None:
+        """Note where a laser's stamps are of another clock than the odometry's."""
+        delay_ns = self._delays_ns.get(topic)
+        odometry_ns = self._delays_ns.get(self._odometry_from or "")
+        if delay_ns is None or odometry_ns is None or topic in self._compared:
+            return
+        self._compared.add(topic)
+        ahead_ns = odometry_ns - delay_ns
+        if abs(ahead_ns) > CLOCK_JUMP_NS:
+            self._notices.add(
+                f"By their recording times, header times of {topic} are {abs(ahead_ns) / 1e9:.1f} s "
+                f"{'ahead of' if ahead_ns > 0 else 'behind'} those of {self._odometry_from}: its "
+                "scans are placed in odometry of another time. Synchronize the clocks, and record "
+                "again"
+            )

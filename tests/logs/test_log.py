@@ -198,6 +198,32 @@ def test_a_clock_that_is_set_anew_is_told(drive, tmp_path) -> None:
     assert any("Header times of /odom jump" in warning for warning in log.warnings)
 
 
+@pytest.mark.parametrize(("ahead", "told"), [(30, "30.0 s ahead of"), (-5, "5.0 s behind")])
+@pytest.mark.parametrize("in_tf", [False, True])
+def test_a_laser_whose_clock_is_not_that_of_the_odometry_is_told(
+    drive, tmp_path, ahead, told, in_tf
+) -> None:
+    for step in range(400):
+        t = step / 10
+        if in_tf:
+            drive.tf(t, "odom", "base_link", (t, 0, 0), topic="/tf")
+        else:
+            drive.odometry(t, x=t)
+        drive.scan(t + ahead, frame="base_link", recorded=t)
+    _, log = read(drive, tmp_path)
+    odometry = "/tf" if in_tf else "/odom"
+    (told_of,) = [warning for warning in log.warnings if "Synchronize the clocks" in warning]
+    assert f"header times of /scan are {told} those of {odometry}" in told_of
+
+
+def test_a_laser_half_a_second_late_has_the_clock_of_the_odometry(drive, tmp_path) -> None:
+    for step in range(20):
+        t = step / 10
+        drive.odometry(t, x=t).scan(t, frame="base_link", recorded=t + 0.5)
+    _, log = read(drive, tmp_path)
+    assert not log.warnings
+
+
 def test_start_and_end_count_from_the_start_or_are_calendar_times(
     drive, tmp_path, start_ns
 ) -> None:
