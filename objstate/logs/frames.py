@@ -2,7 +2,8 @@
 
 Frames follow REP-105. Records refer to ``base_link`` standing on the floor (z = 0). Where tf has
 ``base_footprint``, the floor is at its height, and lasers keep their true height above it;
-otherwise ``base_link`` itself is taken to be on the floor.
+otherwise ``base_link`` itself is taken to be on the floor. All of a robot's frames may have its
+name in front, as in ``robot1/base_link``.
 """
 
 from __future__ import annotations
@@ -44,6 +45,11 @@ Way = tuple[list[str], list[str]]  # the frames of such a path
 def frame_name(frame: str) -> str:
     """A frame's name without the slash that ROS 1 allowed in front."""
     return frame.lstrip("/")
+
+
+def _beside(frame: str, name: str) -> str:
+    """The frame of that name of the same robot: ``robot1/name`` beside ``robot1/frame``."""
+    return "".join([*frame.rpartition("/")[:2], name])
 
 
 class FrameTree:
@@ -139,11 +145,13 @@ class Mountings:
 
     def base(self, odometry_child: str) -> str:
         """The frame that the records call ``base_link``: that one, where tf leads to it."""
-        if self.tree.are_connected(odometry_child, BASE):
-            return BASE
-        if odometry_child == FLOOR and BASE in self.tree.frames:
-            self._notices.add(f"tf does not join {FLOOR} and {BASE}: they are taken as one")
-            return BASE
+        own = _beside(odometry_child, BASE)
+        for base in (own, BASE):
+            if self.tree.are_connected(odometry_child, base):
+                return base
+        if odometry_child == _beside(odometry_child, FLOOR) and own in self.tree.frames:
+            self._notices.add(f"tf does not join {odometry_child} and {own}: they are taken as one")
+            return own
         return odometry_child
 
     def base_in(self, odometry_child: str) -> FloatArray | None:
@@ -191,14 +199,15 @@ class Mountings:
 
         Taken once: robots that publish how they tilt and bounce still drive on a level floor.
         """
-        if base not in self._lifts and self._is_joined_to_floor(base):
-            height = self.tree.pose_of(base, FLOOR)[2, 3]
+        floor = _beside(base, FLOOR)
+        if base not in self._lifts and self._are_in_line(base, floor):
+            height = self.tree.pose_of(base, floor)[2, 3]
             self._lifts[base] = transform(np.eye(3), (0.0, 0.0, height))
         return self._lifts.get(base, np.eye(4))
 
-    def _is_joined_to_floor(self, base: str) -> bool:
+    def _are_in_line(self, base: str, floor: str) -> bool:
         """Whether one is an ancestor of the other; below odometry, heights of two drift apart."""
-        return FLOOR in self.tree.ancestors(base) or base in self.tree.ancestors(FLOOR)
+        return floor in self.tree.ancestors(base) or base in self.tree.ancestors(floor)
 
     def _unknown(self, laser: str, base: str) -> str:
         known = ", ".join(self.tree.frames) or "none at all"
@@ -210,11 +219,17 @@ class Mountings:
 
 def odometry_root(tree: FrameTree) -> tuple[str, str] | None:
     """The odometry frame in tf and the robot's frame below it, where there are such."""
-    for robot in (BASE, FLOOR):
-        for frame in tree.ancestors(robot)[1:]:
-            if frame.rpartition("/")[2] in ODOMETRY_FRAMES:
-                return frame, robot
+    for name in (BASE, FLOOR):
+        for robot in sorted((f for f in tree.frames if _last_name(f) == name), key=len):
+            for frame in tree.ancestors(robot)[1:]:
+                if _last_name(frame) in ODOMETRY_FRAMES:
+                    return frame, robot
     return None
+
+
+def _last_name(frame: str) -> str:
+    """A frame's name without the robot's in front."""
+    return frame.rpartition("/")[2]
 
 
 def _checked(frame: str, matrix: FloatArray) -> FloatArray:

@@ -266,7 +266,8 @@ class _Survey:
         )
 
     def _mounting(self, mountings: Mountings, frame: str) -> FloatArray | None:
-        base = mountings.base(self._odometry_child or BASE)
+        edge = odometry_root(self.tree)
+        base = mountings.base(self._odometry_child or (edge[1] if edge else BASE))
         try:
             return mountings.mounting(frame, base)
         except LogError:

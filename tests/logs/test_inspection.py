@@ -69,3 +69,13 @@ def test_damage_is_a_problem(drive, tmp_path) -> None:
 def test_an_empty_log_is_refused(new_drive, tmp_path) -> None:
     with pytest.raises(LogError, match="holds no messages"):
         inspect_log(new_drive().mcap(tmp_path / "a.mcap"))
+
+
+def test_a_robots_name_in_front_of_its_frames_doesnt_hide_its_lasers(drive, tmp_path) -> None:
+    drive.tf(0, "robot1/base_link", "robot1/laser", (0.2, 0, 0.3))
+    for step in range(21):
+        drive.tf(step / 20, "robot1/odom", "robot1/base_link", (step / 20, 0, 0), topic="/tf")
+    drive.scan(0.5, frame="robot1/laser")
+    summary = inspect_log(drive.mcap(tmp_path / "log.mcap"))
+    assert summary.odometry == "tf from robot1/odom to robot1/base_link"
+    assert summary.lasers[0].xyz == pytest.approx((0.2, 0, 0.3))

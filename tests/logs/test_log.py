@@ -81,25 +81,31 @@ def test_a_laser_in_base_link_itself_needs_no_mounting(drive, tmp_path) -> None:
     np.testing.assert_array_equal(of(Scan, records)[0].rays.origins, 0)
 
 
-def test_odometry_of_base_footprint_is_carried_to_base_link(drive, tmp_path) -> None:
-    drive.tf(0, "base_footprint", "base_link", (0.1, 0, 0.05))
-    drive.tf(0, "base_link", "laser", (0.2, 0, 0.3))
-    drive.odometry(0, 1.0, 2.0, math.pi / 2, child="base_footprint").scan(0).odometry(
-        1, child="base_footprint"
-    )
-    records, _ = read(drive, tmp_path)
+@pytest.mark.parametrize("robot", ["", "robot1/"])
+@pytest.mark.parametrize("child", ["base_footprint", "base_link"])
+def test_odometry_of_base_footprint_is_carried_to_base_link(drive, tmp_path, robot, child) -> None:
+    drive.tf(0, f"{robot}base_footprint", f"{robot}base_link", (0.1, 0, 0.05))
+    drive.tf(0, f"{robot}base_link", f"{robot}laser", (0.2, 0, 0.3))
+    x, y = (1.0, 2.0) if child == "base_footprint" else (1.0, 2.1)
+    for t in (0, 1):
+        drive.odometry(t, x, y, math.pi / 2, child=robot + child)
+    records, _ = read(drive.scan(0.5, frame=f"{robot}laser"), tmp_path)
     np.testing.assert_allclose(of(Odometry, records)[0].pose, [1.0, 2.1, math.pi / 2])
     np.testing.assert_allclose(of(Scan, records)[0].rays.origins[0], [0.2, 0, 0.35])
 
 
-def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path) -> None:
-    drive.tf(0, "base_footprint", "base_link", (0.1, 0, 0.0))
-    drive.tf(0, "base_link", "laser")
+@pytest.mark.parametrize("robot", ["", "robot1/"])
+def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path, robot) -> None:
+    odom, footprint, base, laser = (
+        robot + name for name in ("odom", "base_footprint", "base_link", "laser")
+    )
+    drive.tf(0, footprint, base, (0.1, 0, 0.0))
+    drive.tf(0, base, laser)
     for step in range(21):
-        drive.tf(step / 20, "odom", "base_footprint", (step / 20, 0, 0), topic="/tf")
-        drive.tf(step / 20, "map", "odom", (5, 5, 0), topic="/tf")
-        drive.tf(step / 20 + 0.01, "odom", "tag", (5, 5, 0), topic="/tf")
-    drive.scan(0.525, recorded=1.0)
+        drive.tf(step / 20, odom, footprint, (step / 20, 0, 0), topic="/tf")
+        drive.tf(step / 20, "map", odom, (5, 5, 0), topic="/tf")
+        drive.tf(step / 20 + 0.01, odom, "tag", (5, 5, 0), topic="/tf")
+    drive.scan(0.525, frame=laser, recorded=1.0)
     records, log = read(drive, tmp_path)
     assert log.counts == {"Odometry": 21, "Scan": 1}
     np.testing.assert_allclose(of(Scan, records)[0].odometry, [0.625, 0, 0])
