@@ -161,8 +161,8 @@ def _has_beams(message: Any, count: int, laser: str, notices: Notices) -> bool:
         return False
     if disagrees(message):
         notices.add(
-            f"{laser} sent {count} ranges, but its angles announce {declared_count(message)}: "
-            "angle_min and angle_increment are trusted"
+            f"{laser} sent more or fewer ranges than its angles announce: angle_min and "
+            "angle_increment are trusted"
         )
     return True
 
@@ -172,7 +172,7 @@ def _beam_interval_ns(message: Any, count: int, laser: str, notices: Notices) ->
     if 0 <= interval * count <= LONGEST_SWEEP:
         return interval * 1e9
     notices.add(
-        f"{laser} declares a time_increment of {interval:g} s, which can't be: its beams are "
-        "taken as simultaneous"
+        f"{laser} declares a time_increment that can't be, negative or above {LONGEST_SWEEP:g} s "
+        "for a sweep: its beams are taken as simultaneous"
     )
     return 0.0
