@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,6 +28,7 @@ LONGEST_SILENCE = 2.0
 # ns; what was recorded within less came at once, as latched messages do, and has no rate
 LEAST_SPAN_NS = 1_000_000
 FARTHEST = 500.0  # m that the lasers of robots read at most
+WIDEST = 4 * math.pi  # rad; two turns, of which a scan shows one
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,11 @@ class _Laser:
     returns: int = 0
     no_returns: int = 0
 
+    @property
+    def span(self) -> float:
+        """rad from the first to the last beam of its first scan."""
+        return abs(float(self.first.angle_increment)) * (len(self.first.ranges) - 1)
+
     def note(self, topic: str, scan: Any) -> None:
         ranges, _, _ = clean_ranges(scan, self.first.header.frame_id, Notices())
         self.topics[topic] = None
@@ -274,16 +281,25 @@ class _Survey:
             return None  # reading the records reports it
 
     def problems(self) -> list[str]:
-        return [
-            problem
-            for topic, clock in sorted(self._clocks.items())
-            for problem in clock.problems(topic)
-        ] + [
-            f"The laser '{frame}' reads up to {laser.first.range_max:g} m, which looks like "
-            "millimetres; a LaserScan has metres."
-            for frame, laser in sorted(self.lasers.items())
-            if laser.first.range_max > FARTHEST
-        ]
+        return (
+            [
+                problem
+                for topic, clock in sorted(self._clocks.items())
+                for problem in clock.problems(topic)
+            ]
+            + [
+                f"The laser '{frame}' reads up to {laser.first.range_max:g} m, which looks like "
+                "millimetres; a LaserScan has metres."
+                for frame, laser in sorted(self.lasers.items())
+                if laser.first.range_max > FARTHEST
+            ]
+            + [
+                f"The beams of the laser '{frame}' span {laser.span:.0f} rad, which looks like degrees; "
+                "a LaserScan has radians."
+                for frame, laser in sorted(self.lasers.items())
+                if laser.span > WIDEST
+            ]
+        )
 
 
 def _rate(count: int, span_ns: int) -> float | None:

@@ -79,3 +79,11 @@ def test_a_robots_name_in_front_of_its_frames_doesnt_hide_its_lasers(drive, tmp_
     summary = inspect_log(drive.mcap(tmp_path / "log.mcap"))
     assert summary.odometry == "tf from robot1/odom to robot1/base_link"
     assert summary.lasers[0].xyz == pytest.approx((0.2, 0, 0.3))
+
+
+def test_angles_in_degrees_are_named(drive, tmp_path) -> None:
+    drive.odometry(0).scan(
+        0, frame="base_link", angle_min=-90.0, angle_max=90.0, angle_increment=90
+    )
+    (problem,) = inspect_log(drive.odometry(1).mcap(tmp_path / "a.mcap")).problems
+    assert "The beams of the laser 'base_link' span 180 rad, which looks like degrees" in problem
