@@ -36,6 +36,17 @@ READERS: dict[bytes, Callable[[Path, Notices], Container]] = {
     ZSTD_MAGIC: lambda path, notices: ZstdFile(path, notices, _open_file),
 }
 
+# what unpacks a file that was packed as a whole, by the bytes that it begins with
+UNPACKERS = {
+    GZIP_MAGIC: "gunzip",
+    b"BZh": "bunzip2",
+    b"\xfd7zXZ\x00": "unxz",
+    b"\x04\x22\x4d\x18": "unlz4",
+    b"PK\x03\x04": "unzip",
+    b"7z\xbc\xaf\x27\x1c": "7z x",
+}
+TAR_MAGIC, TAR_AT = b"ustar", 257
+
 ENDINGS = (".mcap", ".bag", ".db3")  # files that are meant as logs, also where they are damaged
 
 Paths = Path | str | Sequence[Path | str]
@@ -122,6 +133,11 @@ def as_paths(paths: Paths) -> list[Path]:
 def _files(path: Path, notices: Notices) -> list[Path]:
     if not path.exists():
         raise LogError(f"There is no log at {path}; check the path.")
+    if not path.is_file() and not path.is_dir():
+        raise LogError(
+            f"{path} is a pipe or a device, and a log is read several times; write it to a file, and "
+            "name that."
+        )
     return storage_files(path, notices) if path.is_dir() else [path]
 
 
@@ -146,6 +162,8 @@ def _open_file(path: Path, notices: Notices) -> Container:
     if head.startswith(b"#ROSBAG V"):
         version = head.split(b"\n")[0][8:].decode(errors="replace")
         raise LogError(f"{path} is a bag of version {version}; run `rosbag fix` to make it 2.0.")
+    if unpacker := _unpacker(head):
+        raise LogError(f"{path} is packed as a whole; unpack it with `{unpacker}`.")
     if told := instead(path, LOG):
         raise LogError(told)
     raise LogError(
@@ -160,6 +178,13 @@ def _head(path: Path) -> bytes:
             return file.read(HEAD)
     except OSError as error:
         raise LogError(f"{path} can't be read: {error.strerror}.") from error
+
+
+def _unpacker(head: bytes) -> str | None:
+    """The command that unpacks a file with this beginning, if it is packed."""
+    if head[TAR_AT:].startswith(TAR_MAGIC):
+        return "tar xf"
+    return next((name for magic, name in UNPACKERS.items() if head.startswith(magic)), None)
 
 
 def _unzipped_head(path: Path) -> bytes:

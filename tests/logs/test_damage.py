@@ -1,6 +1,7 @@
 """Of a damaged log everything readable is used, and the rest is named."""
 
 import gzip
+import os
 import sqlite3
 from contextlib import suppress
 
@@ -162,7 +163,10 @@ def test_a_gzipped_carmen_log_cut_short_gives_its_beginning(tmp_path) -> None:
         (b"", "empty"),
         (b"rubbish\n" * 100, "no log that objstate knows"),
         (bytes(range(256)) * 10, "no log that objstate knows"),
-        (b"\x1f\x8b\x08\x00rubbish", "no log that objstate knows"),
+        (b"\x1f\x8b\x08\x00rubbish", "gunzip"),
+        (b"BZh91AY&SY", "bunzip2"),
+        (b"PK\x03\x04" + b"\x00" * 600, "unzip"),
+        (b"bag/".ljust(257, b"\x00") + b"ustar\x0000", "tar xf"),
         (b"#ROSBAG V1.2\n", "rosbag fix"),
         (b"#ROSBAG V2.0\n", "laser scans"),
         (b"\x89MCAP0\r\n", "laser scans"),
@@ -174,6 +178,12 @@ def test_what_is_no_log_is_refused_with_its_reason(content, said, tmp_path) -> N
     path.write_bytes(content)
     with pytest.raises(LogError, match=said):
         list(open_log(path))
+
+
+def test_a_pipe_is_refused_without_waiting_for_what_comes(tmp_path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(LogError, match="is a pipe or a device"):
+        open_log(tmp_path / "pipe")
 
 
 def test_missing_paths_and_empty_folders_are_refused(tmp_path) -> None:
