@@ -89,6 +89,7 @@ def inspect_log(paths: Paths, mounts: Mapping[str, FloatArray] | None = None) ->
     for message in messages:
         survey.note(message)
     if survey.first_ns is None:
+        messages.topics()  # may tell why
         raise LogError(f"{', '.join(map(str, as_paths(paths)))} holds no messages.")
     records, problems = _read_through(paths, mounts or {})
     found = [*messages.warnings, *survey.problems(), *problems]

@@ -13,6 +13,7 @@ from os import SEEK_CUR
 from pathlib import Path
 from typing import BinaryIO
 
+from objstate.errors import LogError
 from objstate.logs.decompression import decompress, unpack_message
 from objstate.logs.definitions import CDR, IDL, MSG, ROS1, MessageType
 from objstate.logs.messages import Message
@@ -49,6 +50,7 @@ class McapFile:
         self._position = 0
         self._languages: dict[int, tuple[str, str, str]] = {}  # schema: name, language, text
         self._channels: dict[int, tuple[str, MessageType]] = {}
+        self._left_out: set[str] = set()  # encodings of channels without ROS messages
 
     @property
     def share(self) -> float:
@@ -56,13 +58,22 @@ class McapFile:
         return min(self._position / self._size, 1.0)
 
     def topics(self) -> Mapping[str, MessageType]:
-        """Message types by topic: from the summary, else by reading the file through."""
+        """Message types by topic: from the summary, else by reading the file through.
+
+        Raises LogError where it has channels, and none of them with ROS messages.
+        """
         self._learn_from_summary()
         if not self._channels:
             silent = McapFile(self.path, Notices())
             for _ in silent.messages(topics=()):
                 pass
             self._channels |= silent._channels
+            self._left_out |= silent._left_out
+        if self._left_out and not self._channels:
+            raise LogError(
+                f"{self.path} holds no ROS messages: its channels are encoded as "
+                f"{', '.join(sorted(self._left_out))}; record or convert them as {CDR} or {ROS1}."
+            )
         return dict(self._channels.values())
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
@@ -160,7 +171,10 @@ class McapFile:
         number, schema = struct.unpack_from("<HH", body)
         topic, at = _string(body, 4)
         encoding, _ = _string(body, at)
-        if encoding not in (CDR, ROS1) or schema not in self._languages:
+        if encoding not in (CDR, ROS1):
+            self._left_out.add(encoding)
+            return
+        if schema not in self._languages:
             return
         name, language, text = self._languages[schema]
         if language in LANGUAGES and "/" in name:

@@ -19,6 +19,12 @@ from objstate.logs.definitions import (
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 
+# what makes scans of other sensor data, in ROS, by its type
+MAKERS_OF_SCANS = {
+    "sensor_msgs/msg/PointCloud2": "pointcloud_to_laserscan",
+    "sensor_msgs/msg/MultiEchoLaserScan": "laser_proc",
+}
+
 # how localization packages call the topic of their samples
 CLOUD_NAMES = ("particlecloud", "particle_cloud", "particles")
 
@@ -72,7 +78,9 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
     lasers = _of_type(usable, LASER_SCAN)
     if not lasers:
         check_left_out(types, LASER_SCAN, "laser scans", are_chosen=chosen is not None)
-        raise LogError(f"No topic holds laser scans ({LASER_SCAN}). {_listed(types)}")
+        raise LogError(
+            f"No topic holds laser scans ({LASER_SCAN}). {_made_of_others(types)}{_listed(types)}"
+        )
     tf = frozenset(topic for topic, name in types.items() if name in TF)
     odometry = odometry_topic(_of_type(usable, ODOMETRY), notices)
     if odometry is None and not tf:
@@ -122,6 +130,16 @@ def _check_chosen(chosen: Collection[str], types: Mapping[str, str]) -> None:
                 f"The topic '{topic}' is of type {types[topic]}, which is not used. "
                 f"{_listed(types)}"
             )
+
+
+def _made_of_others(types: Mapping[str, str]) -> str:
+    """Sentences that say how scans are made of what other topics hold."""
+    return "".join(
+        f"Play {topic} ({name}) into the ROS package {MAKERS_OF_SCANS[name]}, and record the scans "
+        "that it makes. "
+        for topic, name in sorted(types.items())
+        if name in MAKERS_OF_SCANS
+    )
 
 
 def _listed(types: Mapping[str, str]) -> str:

@@ -135,6 +135,13 @@ class Drive:
         ]
         return self.add(topic, kind, t, TYPES[kind](header=header(t, "map"), particles=particles))
 
+    def echoes(self, t, *, topic="/echoes", frame="laser"):
+        kind = "sensor_msgs/msg/MultiEchoLaserScan"
+        angles = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time")
+        numbers = dict.fromkeys((*angles, "range_min", "range_max"), 0.0)
+        message = TYPES[kind](header=header(t, frame), ranges=[], intensities=[], **numbers)
+        return self.add(topic, kind, t, message)
+
     def grid(self, t, percent, *, topic="/map", resolution=0.05, origin=(0.0, 0.0, 0.0)):
         kind = "nav_msgs/msg/OccupancyGrid"
         info = TYPES["nav_msgs/msg/MapMetaData"](

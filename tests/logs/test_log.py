@@ -8,7 +8,7 @@ import pytest
 
 from objstate.errors import LogError
 from objstate.geometry import rotation_from_rpy, transform
-from objstate.logs import open_log
+from objstate.logs import inspect_log, open_log
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
 
 
@@ -122,6 +122,18 @@ def test_without_any_odometry_the_error_says_so(drive, new_drive, tmp_path) -> N
 def test_without_scans_the_error_lists_what_there_is(drive, tmp_path) -> None:
     with pytest.raises(LogError, match=r"No topic holds laser scans.*/odom \(nav_msgs"):
         read(drive.odometry(0), tmp_path)
+
+
+def test_without_scans_the_error_says_what_makes_them_of_a_point_cloud(drive, tmp_path) -> None:
+    with pytest.raises(LogError, match=r"Play /echoes \(.*\) into the ROS package laser_proc"):
+        read(drive.odometry(0).echoes(0), tmp_path)
+
+
+def test_a_log_of_other_encodings_is_refused_with_their_names(drive, tmp_path) -> None:
+    path = drive.mcap(tmp_path / "log.mcap", extra_json=True)
+    for read_log in (open_log, inspect_log):
+        with pytest.raises(LogError, match=r"log.mcap holds no ROS messages: .* encoded as json"):
+            read_log(path)
 
 
 def test_a_log_whose_scans_are_all_useless_is_an_error(drive, tmp_path) -> None:
