@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
@@ -22,6 +23,7 @@ from objstate.logs.definitions import ODOMETRY
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.notices import Notices
+from objstate.logs.odometry import Standing
 from objstate.logs.ordering import Arrival, Item
 from objstate.logs.roles import Roles, check_left_out
 from objstate.logs.scans import BeamGeometry, sweep_from
@@ -60,6 +62,7 @@ class Converter:
         self._geometry = BeamGeometry()
         self._delays_ns: dict[str, int] = {}  # recording minus header time, the last, by topic
         self._odometry_from: str | None = None  # topic of the last odometry
+        self._standing = Standing(roles.odometry or "", notices)
         self._compared: set[str] = set()  # topics of lasers whose clock was compared
         self._look_ahead(survey_ns)
         self._handlers = self._handlers_by_topic()
@@ -163,7 +166,10 @@ class Converter:
             return
         self._odometry_from = message.topic
         stamp_ns = self._stamp_ns(message, odometry)
-        yield Odometry(stamp_ns, pose if base is None else compose(pose, base))
+        record = Odometry(stamp_ns, pose if base is None else compose(pose, base))
+        velocity = odometry.twist.twist.linear
+        self._standing.note(record, math.hypot(velocity.x, velocity.y))
+        yield record
 
     def _transforms(self, message: Message, tf: Any) -> Iterator[Item]:
         for stamped in tf.transforms:

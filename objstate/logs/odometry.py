@@ -27,6 +27,33 @@ FASTEST_TURN = 12.0
 # m and rad; a smaller step between two close stamps is not reported as a jump
 SMALLEST_JUMP = 0.2
 
+# m; velocities that lead so far while poses stay the same are of a driver that fills in no poses
+FARTHEST_STANDING = 2.0
+
+
+class Standing:
+    """How far the velocities of odometry have led since its pose last changed."""
+
+    def __init__(self, topic: str, notices: Notices) -> None:
+        self._topic, self._notices = topic, notices
+        self._last: Odometry | None = None
+        self._led_m = 0.0
+
+    def note(self, odometry: Odometry, speed: float) -> None:
+        """Take odometry with its speed, m/s; tell where only its velocities can be right."""
+        last, self._last = self._last, odometry
+        if last is None or not np.array_equal(last.pose, odometry.pose):
+            self._led_m = 0.0
+            return
+        self._led_m += speed * min(max(odometry.stamp_ns - last.stamp_ns, 0), WAIT_NS) * 1e-9
+        if self._led_m > FARTHEST_STANDING:
+            self._led_m = 0.0
+            self._notices.add(
+                f"The poses of {self._topic} stay the same while its velocities lead "
+                f"{FARTHEST_STANDING:g} m away, and only poses are used: record odometry that has "
+                "poses, or choose it with --topics"
+            )
+
 
 class Track:
     """The latest stretch of odometry."""

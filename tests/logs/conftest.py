@@ -78,9 +78,19 @@ class Drive:
         return self.add(topic, kind, (t or 0.0) if recorded is None else recorded, message)
 
     def odometry(
-        self, t, x=0.0, y=0.0, yaw=0.0, *, topic="/odom", child="base_link", recorded=None
+        self,
+        t,
+        x=0.0,
+        y=0.0,
+        yaw=0.0,
+        *,
+        topic="/odom",
+        child="base_link",
+        recorded=None,
+        speed=0.0,
     ):
         kind = "nav_msgs/msg/Odometry"
+        ahead = TYPES["geometry_msgs/msg/Vector3"](x=speed, y=0.0, z=0.0)
         still = TYPES["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
         message = TYPES[kind](
             header=header(t, "odom"),
@@ -89,7 +99,7 @@ class Drive:
                 pose=pose(x, y, yaw), covariance=np.zeros(36)
             ),
             twist=TYPES["geometry_msgs/msg/TwistWithCovariance"](
-                twist=TYPES["geometry_msgs/msg/Twist"](linear=still, angular=still),
+                twist=TYPES["geometry_msgs/msg/Twist"](linear=ahead, angular=still),
                 covariance=np.zeros(36),
             ),
         )

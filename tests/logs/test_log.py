@@ -94,6 +94,16 @@ def test_odometry_of_base_footprint_is_carried_to_base_link(drive, tmp_path, rob
     np.testing.assert_allclose(of(Scan, records)[0].rays.origins[0], [0.2, 0, 0.35])
 
 
+@pytest.mark.parametrize(("speed", "moves"), [(1.0, False), (1.0, True), (0.05, False)])
+def test_odometry_of_velocities_alone_is_told(drive, tmp_path, speed, moves) -> None:
+    for step in range(101):
+        t = step / 20
+        drive.odometry(t, x=t if moves else 0.0, speed=speed).scan(t, frame="base_link")
+    _, log = read(drive, tmp_path)
+    told = any("poses of /odom stay the same" in warning for warning in log.warnings)
+    assert told == (speed == 1.0 and not moves)
+
+
 @pytest.mark.parametrize("robot", ["", "robot1/"])
 def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path, robot) -> None:
     odom, footprint, base, laser = (
