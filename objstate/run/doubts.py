@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
+from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
@@ -70,7 +71,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_path(drive, estimator, options),
         *_of_pauses(drive),
         *_of_being_lost(drive, estimator, options),
-        *_of_objects(drive, building, _was_never_found(estimator, options)),
+        *_of_objects(drive, estimator, options),
         *_of_hinges(estimator),
     ]
 
@@ -194,11 +195,13 @@ def _at(stamp_ns: int, drive: Drive) -> float:
     return (stamp_ns - drive.begin_ns) / 1e9
 
 
-def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iterator[str]:
-    if not building.objects:
+def _of_objects(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
+    if not estimator.building.objects:
         yield "The building has no movable objects; only the robot's path was estimated."
-    elif was_never_found:
+    elif _was_never_found(estimator, options):
         return
+    elif not drive.estimates and (wide := _too_wide(estimator, options)):
+        yield wide
     elif not drive.estimates:
         yield "No scan was near an object. Is this the building of the log, and the start right?"
     elif not drive.observed:
@@ -206,6 +209,21 @@ def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iter
             "The robot passed objects, but no beam reached any of them; their states are their "
             "priors. Do the lasers see them at their height?"
         )
+
+
+def _too_wide(estimator: Estimator, options: RunOptions) -> str | None:
+    """A warning where the recorded robot belief was too wide for objects at the log's end."""
+    robot = estimator.robot
+    if options.belief != "recorded" or robot is None:
+        return None
+    yaw_std = math.sqrt(robot.covariance[2, 2])
+    if robot.position_std <= TIGHT_M and yaw_std <= TIGHT_RAD:
+        return None
+    return (
+        "No object was updated: at the log's end, the recorded robot belief has standard "
+        f"deviations of {robot.position_std:.2f} m and {math.degrees(yaw_std):.1f}°, and objects "
+        f"need {TIGHT_M:g} m and {math.degrees(TIGHT_RAD):.1f}°. --belief own localizes by the scans."
+    )
 
 
 def _of_hinges(estimator: Estimator) -> Iterator[str]:

@@ -28,6 +28,7 @@ from objstate.recording.tables import ESTIMATES, SMOOTHED, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import (
     GaussianRobotBelief,
+    InitialPose,
     Odometry,
     RobotBelief,
     Scan,
@@ -335,19 +336,26 @@ def _drive_through(
 def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
     """Raise LogError where the robot's pose was never known."""
     if options.belief == "recorded" and not any(kind in log.counts for kind in RECORDED_BELIEFS):
+        why = "; ".join(_unused_beliefs(log)) or (
+            "a PoseArray, ParticleCloud or PoseWithCovarianceStamped"
+        )
         raise LogError(
-            "The log holds no robot belief (a PoseArray, ParticleCloud or "
-            "PoseWithCovarianceStamped); localize with --belief own."
+            f"The log holds no robot belief that can be used ({why}); localize with --belief own."
         )
     if not drive.stamps_ns:
         raise LogError(unknown_start(log, options))
 
 
+def _unused_beliefs(log: Log) -> list[str]:
+    """What the log's warnings say of poses and beliefs that weren't used."""
+    named = "/initialpose", InitialPose.__name__, "Belief", "belief"
+    return [warning for warning in log.warnings if any(name in warning for name in named)]
+
+
 def unknown_start(log: Log, options: RunOptions) -> str:
     """What to say where no usable initial pose was found in a log, or in the part that was read."""
     where = "the log holds no /initialpose"
-    unusable = [warning for warning in log.warnings if "/initialpose" in warning]
-    if unusable:
+    if unusable := _unused_beliefs(log):
         where = "; ".join(unusable)
     elif options.topics is not None:
         where = "the topics that are read hold no /initialpose"

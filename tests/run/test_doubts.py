@@ -45,6 +45,7 @@ def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
         scans_without_pose=0,
         corrections=1,
         hung_elsewhere={},
+        robot=None,
     )
 
 
@@ -86,6 +87,16 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
     assert hung.startswith("The hinges of 4 doors were found elsewhere: 'door_0' 0.10 m east")
+
+
+@pytest.mark.parametrize(("std", "is_told"), [(0.2, True), (0.05, False)])
+def test_a_recorded_belief_that_is_too_wide_for_objects_is_named(std: float, is_told: bool) -> None:
+    believed = estimator()
+    believed.robot = SimpleNamespace(position_std=std, covariance=np.diag([std, std, 0.03]) ** 2)
+    told = doubts(drive(), believed, RunOptions(belief="recorded"))
+    (objects,) = [text for text in told if "object" in text]
+    expected = "standard deviations of 0.20 m and 1.7°" if is_told else "No scan was near an object"
+    assert expected in objects
 
 
 def test_errors_of_doors_that_the_building_lacks_are_named_with_their_file() -> None:

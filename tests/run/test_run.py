@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from objstate.records import Estimate, Record
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import compass
 from objstate.run.inputs import describe_building, describe_log, log_identity
+from objstate.run.run import unknown_start
 from objstate.simulation import simulate
 from objstate.world.store import open_store
 
@@ -398,3 +400,17 @@ def test_inputs_are_found_again_when_they_move_with_the_result(tmp_path: Path) -
     assert (out / inputs["building"]["from_result"]).is_file()
     assert (out / inputs["truth"]["from_result"]).is_file()
     assert "true_path" not in inputs
+
+
+@pytest.mark.parametrize(
+    "dropped",
+    [
+        "InitialPose dropped: more than 1 s behind others in the log; do all clocks agree?",
+        "Belief on /amcl_pose dropped: its covariance is not finite",
+        "/initialpose is in the frame 'odom', not 'map': not used as a belief",
+    ],
+)
+def test_a_start_that_was_dropped_is_not_called_missing(dropped: str) -> None:
+    log: Any = SimpleNamespace(warnings=["/odom has no header times", dropped])
+    told = unknown_start(log, RunOptions())
+    assert told.startswith(f"The robot's start is unknown: {dropped}; give --initial-pose")
