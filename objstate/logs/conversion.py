@@ -53,7 +53,9 @@ class Converter:
         survey_ns: int = SURVEY_NS,
     ) -> None:
         self.mountings: dict[str, FloatArray] = {}  # (4, 4) of the lasers read so far
-        self._ahead_ns = {frame: round(ahead * 1e9) for frame, ahead in clock_offsets.items()}
+        self._ahead_ns = {
+            frame_name(frame): round(ahead * 1e9) for frame, ahead in clock_offsets.items()
+        }
         self._messages = messages
         self._roles = roles
         self._notices = notices

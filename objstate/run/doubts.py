@@ -10,6 +10,7 @@ from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
+from objstate.logs.frames import frame_name
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
@@ -113,7 +114,7 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
     named = [("--mount", frame) for frame in options.mounts]
     named += [("--clock-offset", frame) for frame in options.clock_offsets]
     for option, frame in named:
-        if frame not in drive.heights:
+        if frame_name(frame) not in drive.heights:
             yield (
                 f"{option} names '{frame}', but no scan of it was read; there are scans of "
                 f"{_some(drive.heights)}."

@@ -28,6 +28,14 @@ def test_scans_are_put_back_and_placed_in_the_odometry_of_then() -> None:
     assert max(shifts) == pytest.approx(0.7 * AHEAD, rel=0.3)  # the robot drives 0.7 m/s
 
 
+def test_a_frame_may_be_named_with_the_slash_of_ros_1() -> None:
+    plain, slashed = (
+        [each.stamp_ns for each in scans(clock_offsets={frame: AHEAD})]
+        for frame in ("front", "/front")
+    )
+    assert slashed == plain
+
+
 def test_other_lasers_stay_as_they_are() -> None:
     plain, moved = (
         [each.stamp_ns for each in scans(**options) if each.laser == "rear"]

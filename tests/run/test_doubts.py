@@ -89,6 +89,13 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     assert hung.startswith("The hinges of 4 doors were found elsewhere: 'door_0' 0.10 m east")
 
 
+def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
+    gone = drive()
+    gone.heights["front"] = 0.3
+    options = RunOptions(mounts={"/front": np.eye(4)}, clock_offsets={"/front": 0.1})
+    assert not [text for text in doubts(gone, estimator(), options) if "no scan of it" in text]
+
+
 @pytest.mark.parametrize(("std", "is_told"), [(0.2, True), (0.05, False)])
 def test_a_recorded_belief_that_is_too_wide_for_objects_is_named(std: float, is_told: bool) -> None:
     believed = estimator()
