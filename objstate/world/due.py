@@ -67,14 +67,14 @@ def _due_of(world: World, task: Task, name: str, horizon_s: float, stamp_ns: int
 
 def variances_of(world: World, belief: ObjectBelief) -> Variances:
     """Predicted variances (d + 1,) of a belief's coordinates and presence, by seconds from it on."""
-    name, filter_ = belief.item.name, world.filter_of(belief.item.name)
+    filter_ = world.filter_of(belief.item.name)
     assert belief.stamp_ns is not None
     begin_ns = belief.stamp_ns
     if isinstance(filter_, SampleFilter):
         return _of_furniture(world, belief, filter_)
 
     def of_door(seconds: float) -> FloatArray:
-        later = world.belief(name, begin_ns + round(seconds * NANOSECONDS), belief)
+        later = world.later(belief, begin_ns + round(seconds * NANOSECONDS))
         return np.append(later.std**2, 0.0)
 
     return of_door

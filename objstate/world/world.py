@@ -152,8 +152,8 @@ class World:
         return self.histories.get(self._known(name), ())
 
     def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
-        """What of it was learnt by a moment. Raises QueryError for an unknown object."""
-        return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
+        """What of it was learnt by a moment. Raises QueryError as ``belief`` does."""
+        return self._until(name, self.moment(stamp_ns))
 
     def blocked(
         self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
@@ -182,35 +182,37 @@ class World:
         return self._filters[self._known(name)]
 
     def belief(self, name: str, stamp_ns: int, newer: ObjectBelief | None = None) -> ObjectBelief:
-        """What is believed of one object at a moment. Raises QueryError for an unknown one.
+        """What is believed of one object at a moment.
 
         The same world, object and moment give the same samples. A ``newer`` belief takes the place
-        of those before it.
+        of those before it. Raises QueryError for an unknown object, and as ``moment`` does.
         """
-        last, rng = self._last(name, stamp_ns), self._rng(self._known(name), stamp_ns)
+        stamp_ns = self.moment(stamp_ns)
+        last = self._last(name, stamp_ns)
         if newer is not None and _stamp(last) <= _stamp(newer) <= stamp_ns:
             last = newer
-        if last is None or last.stamp_ns is None:
-            return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
-        if last.stamp_ns == stamp_ns:
-            return last
-        return replace(self._later(name, last, last.stamp_ns, stamp_ns, rng), stamp_ns=stamp_ns)
+        if last is None:
+            return replace(self._filters[name].prior(self._rng(name, stamp_ns)), stamp_ns=stamp_ns)
+        return self.later(last, stamp_ns)
 
-    def _later(
-        self, name: str, belief: ObjectBelief, begin_ns: int, end_ns: int, rng: np.random.Generator
-    ) -> ObjectBelief:
-        """A belief after a time in which nobody looked."""
-        filter_ = self._filters[name]
+    def later(self, belief: ObjectBelief, stamp_ns: int) -> ObjectBelief:
+        """A belief of a moment as it is at a later one if nobody looks meanwhile."""
+        if belief.stamp_ns is None or belief.stamp_ns == stamp_ns:
+            return belief
+        begin_ns, name = belief.stamp_ns, belief.item.name
+        filter_, rng = self._filters[name], self._rng(name, stamp_ns)
         if (habits := self.habits_of(name)) is not None and has_habits(filter_):
-            return carried(habits, filter_, belief, begin_ns, end_ns)
-        if (moves := self.moves_of(name)) is not None and has_moves(filter_):
-            return moved_on(moves, filter_, belief, begin_ns, end_ns, rng)
-        return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
+            then = carried(habits, filter_, belief, begin_ns, stamp_ns)
+        elif (moves := self.moves_of(name)) is not None and has_moves(filter_):
+            then = moved_on(moves, filter_, belief, begin_ns, stamp_ns, rng)
+        else:
+            then = filter_.predict(belief, (stamp_ns - begin_ns) / NANOSECONDS, rng)
+        return replace(then, stamp_ns=stamp_ns)
 
     def probability_moved(self, name: str, stamp_ns: int) -> float | None:
         """How probably somebody has moved an object since it was last seen; None where it never was.
 
-        Raises QueryError for an unknown object.
+        Raises QueryError as ``belief`` does.
         """
         past = self.history_until(name, stamp_ns)
         if not past or past[-1].last_observed_ns is None:
@@ -248,8 +250,11 @@ class World:
         newest = self._newest(self._known(name))
         if newest is None or (newest.stamp_ns is not None and newest.stamp_ns <= stamp_ns):
             return newest
-        past = self.history_until(name, stamp_ns)
+        past = self._until(name, stamp_ns)
         return past[-1] if past else None
+
+    def _until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
+        return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
 
     def _newest(self, name: str) -> ObjectBelief | None:
         if isinstance(self.histories, Lately):

@@ -68,6 +68,14 @@ def test_the_soonest_comes_first_and_what_is_too_uncertain_is_due_now() -> None:
     assert late[0].variance > late[0].allowed
 
 
+def test_what_is_learnt_later_does_not_count() -> None:
+    task = Task(name="pass", default=Allowed(angle=0.01))
+    seen = World.of({"door": DOOR}, beliefs=[at_angle(0.2, 0)])
+    again = seen.with_beliefs([at_angle(0.2, 10 * SECOND)])
+    assert seen.due(task, 3600.0, 0)[0].due_ns > 10 * SECOND
+    assert again.due(task, 3600.0, 0) == seen.due(task, 3600.0, 0)
+
+
 def test_a_task_that_allows_less_asks_sooner() -> None:
     stamps = [WORLD.due(task(angle=most), DAY)[0].due_ns for most in (0.02, 0.01, 0.002)]
     assert stamps == sorted(stamps, reverse=True)

@@ -1,5 +1,6 @@
 """What planners ask: blocked ways, costs of edges, modes of doors."""
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -185,7 +186,13 @@ def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
 )
 def test_a_moment_that_is_none_is_refused(stamp_ns: Any, said: str) -> None:
     world = World.of(OBJECTS, beliefs=[at_angle(OPEN, 1_600_000_000 * 10**9)])
-    for ask in (world.at, world.moment, lambda stamp: world.due(Task(name="pass"), 1.0, stamp)):
+    about_door = (world.belief, world.history_until, world.probability_moved)
+    for ask in (
+        world.at,
+        world.moment,
+        lambda stamp: world.due(Task(name="pass"), 1.0, stamp),
+        *(partial(each, "door") for each in about_door),
+    ):
         with pytest.raises(QueryError, match=said):
             ask(stamp_ns)
     with pytest.raises(QueryError, match=said):

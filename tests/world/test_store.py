@@ -95,6 +95,8 @@ def test_a_moment_before_what_was_loaded_is_refused(place: str) -> None:
     for asked in (part, part.newest()):
         with pytest.raises(QueryError, match="load it with that as since_ns"):
             asked.at(2 * HOUR)
+        with pytest.raises(QueryError, match="load it with that as since_ns"):
+            asked.belief("door", 2 * HOUR)
     assert store.then(part, 2 * HOUR, ["door"]).at(2 * HOUR)["door"].stamp_ns == 2 * HOUR
 
 
