@@ -247,8 +247,9 @@ class ObjectBelief:
     def clear_width_for(self, length: float) -> Distribution:
         """The same for a robot of a length, m, that drives straight through; 0 is a disc.
 
-        Raises BuildingError for furniture.
+        Raises BuildingError for furniture, QueryError as ``check_robot`` does.
         """
+        check_robot(0.0, length)
         if self.item.kind is Kind.PLANAR or self.cell[0] == 0.0:
             widths = clear_widths(self.item, self.states, length)
         else:

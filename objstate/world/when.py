@@ -12,7 +12,7 @@ from objstate.errors import QueryError
 from objstate.geometry import BoolArray, FloatArray
 from objstate.habits.passage import waiting
 from objstate.habits.regions import region_of
-from objstate.objects.belief import check_robot
+from objstate.objects.belief import check_robot, checked_share
 from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.units import SECONDS_PER_HOUR
@@ -68,8 +68,10 @@ def spans(
 ) -> tuple[Span, ...]:
     """When, within ``horizon_s`` from a moment, a door may be passed with at least ``probability``.
 
-    In steps of five minutes. Raises QueryError for an unknown door, or a horizon that is none.
+    In steps of five minutes. Raises QueryError for an unknown door, or a width, a horizon or a
+    probability that is none.
     """
+    probability = checked_share(probability)
     stamps = _moments(world, begin_ns, horizon_s)
     chances = passable(world, name, width, stamps)
     out, since = [], None

@@ -16,7 +16,7 @@ from objstate.particles import Weights
 from objstate.world import Task, World
 from objstate.world.door_modes import DoorMode, door_mode, door_modes
 from objstate.world.route_graph import EdgeCost, RouteEdge, dynamic_edges
-from objstate.world.when import best_departure, passable, wait
+from objstate.world.when import best_departure, passable, spans, wait
 from tests.rooms import block, standing
 from tests.world.examples import DESK, HOUR, OBJECTS, SECOND, at_angle, desk_at
 
@@ -182,6 +182,19 @@ def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
         (10**30, "too far away"),
         (2**63 - 1, "too far away"),
         (-1, "stamps are in nanoseconds"),
+@pytest.mark.parametrize("length", [np.nan, -1.0, np.inf])
+def test_a_clear_width_for_a_length_that_is_none_is_refused(length: float) -> None:
+    with pytest.raises(QueryError, match="between 0 and 20 m; give metres"):
+        at_angle(OPEN, 0).clear_width_for(length)
+
+
+@pytest.mark.parametrize("probability", [np.nan, 0.0, -0.5, 90.0])
+def test_spans_of_a_probability_that_is_none_are_refused(probability: float) -> None:
+    world = world_with(at_angle(OPEN, 0))
+    with pytest.raises(QueryError, match="above 0 and at most 1"):
+        spans(world, "door", 0.6, 0, 600.0, probability)
+
+
     ],
 )
 def test_a_moment_that_is_none_is_refused(stamp_ns: Any, said: str) -> None:
