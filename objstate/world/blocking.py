@@ -105,8 +105,8 @@ def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
 
 
 def checked_path(path: ArrayLike, robot_radius: float) -> FloatArray:
-    points = np.asarray(path, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+    points = points_of(path)
+    if points is None or not len(points):
         raise QueryError("A path is a list of points (x, y), in finite metres; give at least one.")
     if not (np.isfinite(robot_radius) and robot_radius > 0.0):
         raise QueryError(f"The robot's radius of {robot_radius} m must be above 0 and finite.")
@@ -115,3 +115,13 @@ def checked_path(path: ArrayLike, robot_radius: float) -> FloatArray:
             f"A robot's radius of {robot_radius:g} m is wider than corridors are; give metres."
         )
     return np.concatenate([points, points]) if len(points) == 1 else points
+
+
+def points_of(given: ArrayLike) -> FloatArray | None:
+    """Points (n, 2), finite; None for anything else."""
+    try:
+        points = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):  # ragged, or words
+        return None
+    is_list = points.ndim == 2 and points.shape[1] == 2 and bool(np.isfinite(points).all())
+    return points if is_list else None

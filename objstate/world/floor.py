@@ -21,7 +21,7 @@ from objstate.grid import Grid, Layout, expected_occupancy
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.records import NANOSECONDS
-from objstate.world.blocking import Blocker, checked_path, probability_in
+from objstate.world.blocking import Blocker, checked_path, points_of, probability_in
 
 Cells = tuple[IntArray, IntArray] | EllipsisType  # rows and columns
 
@@ -192,8 +192,8 @@ def _polygon(area: ArrayLike, robot_radius: float | None) -> FloatArray:
         path = checked_path(area, robot_radius)
         disc = shapely.LineString(path).buffer(robot_radius)
         return np.asarray(disc.exterior.coords)[:-1]
-    points = np.asarray(area, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3 or not np.isfinite(points).all():
+    points = points_of(area)
+    if points is None or len(points) < 3:
         raise QueryError(
             "An area is a polygon of three or more points (x, y), in finite metres; for a path give "
             "robot_radius."

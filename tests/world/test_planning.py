@@ -81,8 +81,10 @@ def test_a_robot_fits_into_the_hollow_of_an_object() -> None:
 def test_a_point_is_a_path_and_nonsense_is_none() -> None:
     then = world_with(at_angle(SHUT, 0)).at(0)
     assert then.blocked([(0.45, 0.0)], 0.1).probability == pytest.approx(1.0, abs=0.05)
-    for path in ([], [(0.0, np.nan)], [(1.0, 2.0, 3.0)], [1.0, 2.0]):
-        with pytest.raises(WorldError, match="list of points"):
+    ragged: Any = [(0.0, 0.0), (1.0,)]
+    words: Any = "THROUGH"
+    for path in ([], [(0.0, np.nan)], [(1.0, 2.0, 3.0)], [1.0, 2.0], ragged, words):
+        with pytest.raises(QueryError, match="list of points"):
             then.blocked(path, 0.3)
     for radius in (0.0, -1.0, np.inf):
         with pytest.raises(WorldError, match="radius"):
