@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -86,7 +87,7 @@ def dynamic_edges(
         closed_edges=closed,
         opened_edges=tuple(edgeid for edgeid in paths if edgeid not in closed),
         adjust_edges=tuple(
-            EdgeCost(edgeid, detour_cost * chance)
+            EdgeCost(edgeid, float(detour_cost) * chance)
             for edgeid, chance in zip(paths, shared.tolist(), strict=True)
         ),
     )
@@ -96,14 +97,24 @@ def _paths(edges: Iterable[RouteEdge], robot_radius: float) -> dict[int, FloatAr
     """Paths by the numbers of their edges. Raises QueryError."""
     paths: dict[int, FloatArray] = {}
     for edge in edges:
-        if not 0 <= edge.edgeid <= LARGEST_ID:
-            raise QueryError(
-                f"Nav2 can't have an edge {edge.edgeid}; number from 0 to {LARGEST_ID}."
-            )
-        if edge.edgeid in paths:
-            raise QueryError(f"Two edges have the number {edge.edgeid}; give each its own.")
-        paths[edge.edgeid] = checked_path(edge.path, robot_radius)
+        edgeid = _checked_id(edge.edgeid)
+        if edgeid in paths:
+            raise QueryError(f"Two edges have the number {edgeid}; give each its own.")
+        paths[edgeid] = checked_path(edge.path, robot_radius)
     return paths
+
+
+def _checked_id(edgeid: int) -> int:
+    """The number of an edge, whatever integer type it has. Raises QueryError."""
+    try:
+        number = operator.index(edgeid)
+    except TypeError:
+        number = -1
+    if not 0 <= number <= LARGEST_ID:
+        raise QueryError(
+            f"Nav2 can't have an edge {edgeid!r}; number with integers from 0 to {LARGEST_ID}."
+        )
+    return number
 
 
 def _chances(

@@ -1,5 +1,6 @@
 """What planners ask: blocked ways, costs of edges, modes of doors."""
 
+import json
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -86,6 +87,8 @@ def test_a_point_is_a_path_and_nonsense_is_none() -> None:
     for path in ([], [(0.0, np.nan)], [(1.0, 2.0, 3.0)], [1.0, 2.0], ragged, words):
         with pytest.raises(QueryError, match="list of points"):
             then.blocked(path, 0.3)
+        with pytest.raises(QueryError, match="polygon of three or more points"):
+            then.occupied(path)
     for radius in (0.0, -1.0, np.inf):
         with pytest.raises(WorldError, match="radius"):
             then.blocked(THROUGH, radius)
@@ -118,6 +121,19 @@ def test_what_nav2_cannot_be_told_is_refused() -> None:
         dynamic_edges(then, [RouteEdge(70_000, THROUGH)], 0.3, detour_cost=1.0)
     with pytest.raises(WorldError, match="close_from"):
         dynamic_edges(then, [], 0.3, detour_cost=1.0, close_from=0.0)
+
+
+def test_edges_are_numbered_by_any_integers_and_by_nothing_else() -> None:
+    then = world_with(at_angle(SHUT, 0), far_desk()).at(0)
+    cost: Any = np.float32(2.0)
+    told = dynamic_edges(then, [RouteEdge(3, THROUGH)], 0.3, detour_cost=2.0)
+    number: Any = np.int64(3)
+    same = dynamic_edges(then, [RouteEdge(number, THROUGH)], 0.3, detour_cost=cost)
+    assert json.dumps(same.to_dict()) == json.dumps(told.to_dict())
+    wrong: Any
+    for wrong in (1.5, "1", None):
+        with pytest.raises(QueryError, match="number with integers from 0 to 65535"):
+            dynamic_edges(then, [RouteEdge(wrong, THROUGH)], 0.3, detour_cost=1.0)
 
 
 def test_two_edges_of_one_number_are_refused() -> None:
@@ -166,6 +182,19 @@ def test_a_robot_of_no_size_or_of_one_in_centimetres_is_refused(
         at_angle(OPEN, 0).probability_clear(width, length)
 
 
+@pytest.mark.parametrize("length", [np.nan, -1.0, np.inf])
+def test_a_clear_width_for_a_length_that_is_none_is_refused(length: float) -> None:
+    with pytest.raises(QueryError, match="between 0 and 20 m; give metres"):
+        at_angle(OPEN, 0).clear_width_for(length)
+
+
+@pytest.mark.parametrize("probability", [np.nan, 0.0, -0.5, 90.0])
+def test_spans_of_a_probability_that_is_none_are_refused(probability: float) -> None:
+    world = world_with(at_angle(OPEN, 0))
+    with pytest.raises(QueryError, match="above 0 and at most 1"):
+        spans(world, "door", 0.6, 0, 600.0, probability)
+
+
 def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
     now = 1_600_000_000 * 10**9
     world = World.of({"desk": DESK}, beliefs=[desk_at(5.0, now)])
@@ -184,19 +213,6 @@ def test_stamps_in_seconds_and_radii_in_centimetres_are_refused() -> None:
         (10**30, "too far away"),
         (2**63 - 1, "too far away"),
         (-1, "stamps are in nanoseconds"),
-@pytest.mark.parametrize("length", [np.nan, -1.0, np.inf])
-def test_a_clear_width_for_a_length_that_is_none_is_refused(length: float) -> None:
-    with pytest.raises(QueryError, match="between 0 and 20 m; give metres"):
-        at_angle(OPEN, 0).clear_width_for(length)
-
-
-@pytest.mark.parametrize("probability", [np.nan, 0.0, -0.5, 90.0])
-def test_spans_of_a_probability_that_is_none_are_refused(probability: float) -> None:
-    world = world_with(at_angle(OPEN, 0))
-    with pytest.raises(QueryError, match="above 0 and at most 1"):
-        spans(world, "door", 0.6, 0, 600.0, probability)
-
-
     ],
 )
 def test_a_moment_that_is_none_is_refused(stamp_ns: Any, said: str) -> None:
