@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import Settings
-from objstate.errors import SettingsError
+from objstate.errors import BuildingError, SettingsError
 from objstate.estimator.surroundings import Surroundings
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
@@ -43,7 +43,7 @@ class Believed:
             self._keep(name, each.prior(self.rngs[name]))
         self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
         for name, belief in known.items():
-            _check_samples(belief, self.priors[building[name].name])
+            _check_known(belief, self.priors[building[name].name])
             self._keep(name, belief)
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
@@ -87,8 +87,16 @@ class Believed:
         self.surroundings.follow(name, belief)
 
 
-def _check_samples(belief: ObjectBelief, prior: ObjectBelief) -> None:
-    """Raise SettingsError for a door's belief on another lattice than its prior's."""
+def _check_known(belief: ObjectBelief, prior: ObjectBelief) -> None:
+    """Refuse a belief about another object, or a door's on another lattice, than its prior's.
+
+    Raises BuildingError and SettingsError.
+    """
+    if belief.item.name != prior.item.name:
+        raise BuildingError(
+            f"The belief given for '{prior.item.name}' is about '{belief.item.name}'; give each by "
+            "its object's name."
+        )
     is_free = belief.item.kind is Kind.PLANAR
     if not is_free and not np.array_equal(belief.states, prior.states):
         raise SettingsError(

@@ -9,6 +9,8 @@ import numpy as np
 
 from objstate.building.model import Building
 from objstate.config import Settings
+from objstate.errors import SettingsError
+from objstate.estimator.admission import check
 from objstate.estimator.believed import Believed
 from objstate.estimator.joint import JointUpdate
 from objstate.estimator.monitor import Monitor
@@ -48,8 +50,9 @@ class Estimator:
 
     Raises:
         SettingsError: settings that contradict each other, an object's joint, or the samples of
-            its belief.
-        BuildingError: beliefs about an object that the building doesn't have.
+            its belief; an initial pose or a robot belief that is none.
+        BuildingError: beliefs about an object that the building doesn't have, or about another
+            one than their name says.
     """
 
     def __init__(
@@ -65,6 +68,8 @@ class Estimator:
         history: bool = False,
         observes: bool = True,
     ) -> None:
+        if belief not in ("own", "recorded"):
+            raise SettingsError(f"The robot belief '{belief}' is unknown; give own or recorded.")
         self.building = building
         self._observes = observes
         self.settings = s = (settings or Settings()).in_building(building.error)
@@ -98,9 +103,9 @@ class Estimator:
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update.
 
-        Raises ValueError for an earlier moment.
+        Raises ValueError for an earlier moment, BuildingError for an unknown object.
         """
-        return self._believed.then(name, stamp_ns)
+        return self._believed.then(self.building[name].name, stamp_ns)
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
@@ -144,7 +149,12 @@ class Estimator:
     # --- the loop -------------------------------------------------------------------
 
     def feed(self, record: Record) -> list[Estimate]:
-        """Update by one record; return the rows of the objects whose belief changed."""
+        """Update by one record; return the rows of the objects whose belief changed.
+
+        Raises LogError for records out of time order and for numbers that are none; such a record
+        changes nothing.
+        """
+        check(record, self._robot.driven_ns)
         match record:
             case Odometry():
                 self._robot.drive(record.pose, record.stamp_ns)

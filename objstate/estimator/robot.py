@@ -57,7 +57,7 @@ class Robot:
         )
         self.odometry: FloatArray | None = None  # (3,) the last reading
         self.odometry_error = OdometryError(settings.odometry_error)  # as learnt so far
-        self._driven_m, self._driven_ns = 0.0, 0
+        self._driven_m, self.driven_ns = 0.0, 0  # until the last reading
         self._corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
         self._localizer = Localizer(settings.localization)
         self._filter: PoseFilter | None = None  # while the pose is known to centimetres
@@ -147,8 +147,8 @@ class Robot:
         if self.odometry is not None:
             step = between(self.odometry, pose)
             self._driven_m += math.hypot(step[0], step[1])
-            self._predict(step, (stamp_ns - self._driven_ns) / NANOSECONDS)
-        self.odometry, self._driven_ns = pose, stamp_ns
+            self._predict(step, (stamp_ns - self.driven_ns) / NANOSECONDS)
+        self.odometry, self.driven_ns = pose, stamp_ns
 
     def _predict(self, step: FloatArray, seconds: float) -> None:
         if self._filter is not None:

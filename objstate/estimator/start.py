@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from objstate.errors import SettingsError
 from objstate.estimator.monitor import Monitor
 from objstate.estimator.robot import Robot
@@ -12,7 +14,8 @@ from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
 class Start:
     """The robot's start: a pose that the caller gives, else the log's.
 
-    Raises SettingsError where a pose is given for a robot that may be anywhere.
+    Raises SettingsError for a pose that is none, and where one is given for a robot that may be
+    anywhere.
     """
 
     def __init__(self, robot: Robot, pose: FloatArray | None, *, is_global: bool) -> None:
@@ -22,7 +25,7 @@ class Start:
         if pose is not None:
             if is_global:
                 raise SettingsError("--initial-pose and --global exclude each other; give one.")
-            robot.start(pose)
+            robot.start(_checked(pose))
 
     def take(
         self, record: InitialPose | GaussianRobotBelief | RobotBelief, monitor: Monitor
@@ -40,3 +43,13 @@ class Start:
             )
         robot.take(record)
         monitor.restart(record.stamp_ns, is_start=is_start)
+
+
+def _checked(pose: FloatArray) -> FloatArray:
+    values = np.asarray(pose)
+    if values.shape != (3,) or values.dtype.kind not in "iuf" or not np.isfinite(values).all():
+        raise SettingsError(
+            f"The initial pose {pose!r} is none; give x, y in metres and yaw in radians, as "
+            "np.array([2.0, 0.0, 0.0])."
+        )
+    return values

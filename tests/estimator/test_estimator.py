@@ -6,6 +6,7 @@ import gc
 import weakref
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from benchmarks.altered import Altered
 from objstate.building.model import Mesh
 from objstate.config import BuildingErrorSettings, Settings
-from objstate.errors import BuildingError, SettingsError
+from objstate.errors import BuildingError, LogError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, wrap
 from objstate.objects.mixture import DoorMixture
@@ -337,6 +338,55 @@ def test_objects_behind_walls_and_closed_doors_are_not_observed() -> None:
     assert not any(row.observed for row in rows if row.object == "shut" and row.stamp_ns > late)
 
 
+def unusable(last: Scan) -> dict[str, Any]:
+    """What can't be fed after a scan, by what is said of it."""
+    then, three = last.stamp_ns + 10**9, np.zeros(3)
+    return {
+        "time order": Odometry(START_NS, three),
+        "pose of the Odometry": Odometry(then, np.array([np.nan, 0.0, 0.0])),
+        "finite array of shape .3,.": Odometry(then, np.zeros(2)),
+        "in time order": Odometry(then // 10**9, three),
+        "ranges below zero": replace(last, stamp_ns=then, ranges=-last.ranges),
+        "one range for each ray": replace(last, stamp_ns=then, ranges=last.ranges[:5]),
+        "odometry of the Scan": replace(last, stamp_ns=then, odometry=three * np.nan),
+        "mean of the InitialPose": InitialPose(then, three + np.inf, TOLD),
+        "covariance of the Gaussian": GaussianRobotBelief(then, three, np.eye(6)),
+        "poses of the RobotBelief": RobotBelief(then, np.zeros((4, 3)), np.full(5, 0.2)),
+    }
+
+
+@pytest.mark.parametrize("said", unusable(scan_of(np.ones(9), fan(9), START_NS)))
+def test_a_record_that_cannot_be_used_is_refused_and_changes_nothing(said: str) -> None:
+    records = short_drive().records
+    half = len(records) // 2
+    whole, spared = (Estimator(CORRIDOR, initial_pose=START) for _ in range(2))
+    fed(whole, records[:half])
+    fed(spared, records[:half])
+    last = [record for record in records[:half] if isinstance(record, Scan)][-1]
+    with pytest.raises(LogError, match=said):
+        spared.feed(unusable(last)[said])
+    assert fed(spared, records[half:]) == fed(whole, records[half:])
+
+
+def test_what_is_no_record_is_refused() -> None:
+    records: Any = short_drive().records
+    for other in (records, None, truth()):
+        with pytest.raises(TypeError, match="is no record; feed the Odometry, Scan"):
+            Estimator(CORRIDOR).feed(other)
+
+
+@pytest.mark.parametrize("pose", [(np.nan, 0.0, 0.0), (1.0, 2.0), "0,0,0", 5])
+def test_a_start_that_is_no_pose_is_refused(pose: Any) -> None:
+    with pytest.raises(SettingsError, match="give x, y in metres and yaw in radians"):
+        Estimator(CORRIDOR, initial_pose=pose)
+
+
+def test_another_robot_belief_than_the_known_ones_is_refused() -> None:
+    misspelt: Any = "recoded"
+    with pytest.raises(SettingsError, match="'recoded' is unknown; give own or recorded"):
+        Estimator(CORRIDOR, belief=misspelt)
+
+
 def test_scans_of_nothing_but_discarded_beams_change_no_robot_belief() -> None:
     estimator = Estimator(CORRIDOR, initial_pose=START)
     before = estimator.robot
@@ -354,6 +404,8 @@ def test_an_object_asked_for_later_is_less_certain_and_the_asking_changes_nothin
     assert later.std[0] > 3.0 * now.std[0]
     assert later.last_observed_ns == now.last_observed_ns
     np.testing.assert_array_equal(estimator.objects["a"].weights.values, now.weights.values)
+    with pytest.raises(BuildingError, match="no object 'x'"):
+        estimator.object_at("x", now.stamp_ns)
     again = estimator.object_at("a", now.stamp_ns + 3600 * 10**9)
     np.testing.assert_array_equal(again.weights.values, later.weights.values)
 
@@ -370,6 +422,8 @@ def test_what_is_known_from_before_takes_the_place_of_the_prior() -> None:
     assert known["a"].std[0] < later.std[0] < Estimator(CORRIDOR).objects["a"].std[0]
     with pytest.raises(BuildingError, match="no object 'x'"):
         Estimator(CORRIDOR, beliefs={"x": known["a"]})
+    with pytest.raises(BuildingError, match="given for 'b' is about 'a'"):
+        Estimator(CORRIDOR, beliefs={"b": known["a"]})
 
 
 def test_a_door_may_be_known_less_surely_than_any_other() -> None:

@@ -1,0 +1,72 @@
+"""What may be fed: records whose numbers can be used, checked before they change anything."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.errors import LogError
+from objstate.geometry import FloatArray
+from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
+
+
+def check(record: object, driven_ns: int) -> None:
+    """Refuse a record that would spoil the beliefs, where the odometry was read until ``driven_ns``.
+
+    Raises LogError for numbers that are none and for odometry out of time order, TypeError for
+    what is no record.
+    """
+    match record:
+        case Scan():
+            _check_scan(record)
+        case Odometry():
+            _check(record, record.pose, (3,), "pose")
+            if record.stamp_ns < driven_ns:
+                raise LogError(
+                    f"An odometry reading of {record.stamp_ns} ns came after one of {driven_ns} ns; "
+                    "feed records in time order, as open_log gives them."
+                )
+        case InitialPose() | GaussianRobotBelief():
+            _check(record, record.mean, (3,), "mean")
+            _check(record, record.covariance, (3, 3), "covariance")
+        case RobotBelief():
+            _check(record, record.poses, (len(record.weights), 3), "poses")
+            _check(record, record.weights, (len(record.poses),), "weights")
+        case _:
+            raise TypeError(
+                f"{type(record).__name__} is no record; feed the Odometry, Scan and InitialPose "
+                "that open_log gives, one by one."
+            )
+
+
+def _check_scan(scan: Scan) -> None:
+    """Ranges may be nan, of discarded beams, and infinite, of beams without a return."""
+    count = len(scan.rays)
+    if not _is_array(scan.ranges, (count,)):
+        raise LogError(
+            f"A scan of {scan.stamp_ns} ns has ranges of shape {np.shape(scan.ranges)}, where its "
+            f"rays need an array of shape ({count},); give one range for each ray."
+        )
+    if (scan.ranges < 0.0).any():
+        raise LogError(
+            f"A scan of {scan.stamp_ns} ns has ranges below zero; give nan for erroneous readings, "
+            "and for those that are too close."
+        )
+    if scan.odometry is not None:
+        _check(scan, scan.odometry, (3,), "odometry")
+
+
+def _check(
+    record: Scan | Odometry | InitialPose | GaussianRobotBelief | RobotBelief,
+    values: FloatArray,
+    shape: tuple[int, ...],
+    what: str,
+) -> None:
+    if not (_is_array(values, shape) and np.isfinite(values).all()):
+        raise LogError(
+            f"The {what} of the {type(record).__name__} of {record.stamp_ns} ns must be a finite "
+            f"array of shape {shape}; leave out readings that are none."
+        )
+
+
+def _is_array(values: object, shape: tuple[int, ...]) -> bool:
+    return isinstance(values, np.ndarray) and values.shape == shape
