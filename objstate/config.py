@@ -557,14 +557,14 @@ class Settings(Strict):
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def load_settings(path: Path | None) -> Settings:
+def load_settings(path: str | Path | None) -> Settings:
     """Settings from a YAML file, or the defaults without one.
 
     Raises SettingsError naming the file, the key and the cure.
     """
     if path is None:
         return Settings()
-    return parse_strict(Settings, load_yaml(path), str(path))
+    return parse_strict(Settings, load_yaml(Path(path)), str(path))
 
 
 def load_yaml(path: Path) -> Any:

@@ -34,6 +34,7 @@ def refused(folder: Path, text: str) -> str:
 @pytest.mark.parametrize("text", ["", "# nothing but a remark\n", "{}", "objects: []"])
 def test_an_empty_file_gives_the_defaults(tmp_path: Path, text: str) -> None:
     assert loaded(tmp_path, text) == load_settings(None) == Settings()
+    assert load_settings(str(tmp_path / "settings.yaml")) == Settings()
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,6 @@ class Tasks(Strict):
         return found[0]
 
 
-def load_tasks(path: Path) -> Tasks:
+def load_tasks(path: str | Path) -> Tasks:
     """The tasks of a YAML file. Raises SettingsError."""
-    return parse_strict(Tasks, load_yaml(path), str(path), "tasks")
+    return parse_strict(Tasks, load_yaml(Path(path)), str(path), "tasks")

@@ -124,6 +124,7 @@ def test_tasks_come_from_a_file(tmp_path: Path) -> None:
         "  - {name: pass, objects: [{match: door, angle: 0.001}]}\n"
     )
     tasks = load_tasks(tmp_path / "tasks.yaml")
+    assert load_tasks(str(tmp_path / "tasks.yaml")) == tasks
     assert tasks.named(None).name == "explore"
     assert tasks.named("pass").allowed("door") == {"angle": 0.001}
     with pytest.raises(SettingsError, match="no task 'sleep'; there are explore, pass"):
