@@ -122,6 +122,8 @@ def preferred(topics: Collection[str]) -> str:
 
 
 def _check_chosen(chosen: Collection[str], types: Mapping[str, str]) -> None:
+    if isinstance(chosen, str):
+        raise LogError(f"Topics are given as the text '{chosen}'; give a list, as ['{chosen}'].")
     for topic in chosen:
         if topic not in types:
             raise LogError(f"The log has no topic '{topic}'. {_listed(types)}")

@@ -13,6 +13,7 @@ from typing import Any
 from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
+from objstate.errors import TruthError
 from objstate.run.options import RunOptions
 from objstate.storage import building_here, is_remote
 
@@ -53,9 +54,17 @@ def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str
 
 
 def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[str, dict[str, Any]]:
-    """The same of files that hold the truth, as ``truth`` and ``true_path``, where given."""
+    """The same of files that hold the truth, as ``truth`` and ``true_path``, where given.
+
+    Raises TruthError for one that can't be read.
+    """
     files = {"truth": states, "true_path": path}
-    return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
+    try:
+        return {k: _describe_file(Path(file)) for k, file in files.items() if file is not None}
+    except OSError as error:
+        raise TruthError(
+            f"Can't read the truth {error.filename}: {error.strerror}; check the path."
+        ) from error
 
 
 def seen_from(folder: str | Path, described: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
+from objstate.logs.containers import Paths, as_paths
 from objstate.objects import ObjectBelief
 from objstate.recording.candidates import CANDIDATES
 from objstate.recording.events import EVENTS
@@ -122,7 +123,7 @@ class RunResult:
 
 
 def estimate_log(
-    logs: Sequence[str | Path],
+    logs: Paths,
     building: str | Path | BuildingInput,
     out: str | Path,
     options: RunOptions | None = None,
@@ -139,7 +140,8 @@ def estimate_log(
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
-    ``building`` is a URDF, or one that was read before, so that many logs share it. Writes
+    ``logs`` are paths, or one, and ``building`` is that of a URDF, or what ``BuildingInput.read``
+    read of it before, so that many logs share it. Writes
     ``estimates.parquet``, ``smoothed.parquet``, ``events.parquet``, ``posteriors.parquet``,
     ``scans.parquet``, ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not
     at all. With a ``world``, a path or a PostgreSQL URL, it starts from the world's beliefs when
@@ -151,17 +153,18 @@ def estimate_log(
     the building, ``grid.yaml`` and ``grid.pgm`` the map at the end, and ``candidates.json`` what
     may be an object. ``on_finish`` may write more into the folder that it is given.
 
-    Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    Raises ResultError, BuildingError, SettingsError, LogError, TruthError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
-    log_paths = [Path(log) for log in logs]
+    log_paths = as_paths(logs)
     with result_folder(out, overwrite=overwrite) as folder:
         read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)
         model = read.model
         logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
         log = _opened(log_paths, options)
+        truths = describe_truth(truth, true_path)
         described = [file for path in log_paths for file in describe_log(path)]
         memory, known, driving = None, None, options
         if world is not None:
@@ -219,7 +222,7 @@ def estimate_log(
         inputs = {
             "logs": described,
             "building": seen_from(out, read.description),
-            **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
+            **{k: seen_from(out, v) for k, v in truths.items()},
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
         if on_finish is not None:

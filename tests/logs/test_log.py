@@ -164,6 +164,12 @@ def test_chosen_topics_are_checked_and_obeyed(drive, tmp_path) -> None:
     assert {scan.laser for scan in of(Scan, records)} == {"base_link"}
 
 
+def test_a_topic_that_is_given_without_a_list_is_named_whole(drive, tmp_path) -> None:
+    drive.straight()
+    with pytest.raises(LogError, match=r"as the text '/scan'; give a list, as \['/scan'\]"):
+        read(drive, tmp_path, topics="/scan")
+
+
 def test_a_topic_of_no_use_is_refused(drive, tmp_path) -> None:
     kind = "std_msgs/msg/String"
     from rosbags.typesys import Stores, get_typestore

@@ -12,7 +12,7 @@ import pytest
 
 from objstate.building import load_building
 from objstate.config import BuildingErrorSettings, LocalizationSettings, ObjectRule, Settings
-from objstate.errors import BuildingError, LogError, SettingsError
+from objstate.errors import BuildingError, LogError, SettingsError, TruthError
 from objstate.estimator import Estimator
 from objstate.geometry import transform
 from objstate.recording.posteriors import read_posteriors
@@ -80,6 +80,25 @@ def test_objects_that_were_never_near_are_a_warning(tmp_path: Path) -> None:
     assert any("No scan was near an object" in warning for warning in result.warnings)
     written = json.loads((tmp_path / "out" / "run.json").read_text())
     assert written["warnings"] == list(result.warnings)
+
+
+def test_one_log_may_be_named_without_a_list(tmp_path: Path) -> None:
+    building, log = hall(tmp_path, DOOR.format(x=2, width=0.9)), recorded(tmp_path)
+    results = [
+        estimate_log(logs, str(building), tmp_path / name)
+        for logs, name in ((str(log), "text"), (log, "path"), ([log], "list"))
+    ]
+    assert len({(each.folder / "estimates.parquet").read_bytes() for each in results}) == 1
+
+
+def test_a_truth_that_is_not_there_is_named_before_anything_is_estimated(tmp_path: Path) -> None:
+    building, log, shares = hall(tmp_path), recorded(tmp_path), list[float]()
+    for truth in ({"truth": tmp_path / "none.csv"}, {"true_path": tmp_path / "none.tum"}):
+        with pytest.raises(TruthError, match=r"Can't read the truth .*none\.\w+: No such file"):
+            estimate_log(
+                log, building, tmp_path / "out", on_progress=lambda *at: shares.extend(at), **truth
+            )
+    assert shares == []
 
 
 def test_a_world_carries_what_is_known_from_drive_to_drive(tmp_path: Path) -> None:
