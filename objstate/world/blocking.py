@@ -84,8 +84,11 @@ def states_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> Bo
         return None
     import shapely
 
-    lines = shapely.linestrings(_seen_from(belief, path))
-    hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
+    seen = _seen_from(belief, path)
+    is_point = np.ptp(path, axis=0).max() <= ROUND_OFF
+    # GEOS has lines of no length only within reach of a prepared shape where they touch it
+    ways = shapely.points(seen[:, 0]) if is_point else shapely.linestrings(seen)
+    hit = shapely.dwithin(silhouette(belief.item), ways, robot_radius - ROUND_OFF)
     return np.asarray(hit) if hit.any() else None
 
 

@@ -94,6 +94,14 @@ def test_a_point_is_a_path_and_nonsense_is_none() -> None:
             then.blocked(THROUGH, radius)
 
 
+@pytest.mark.parametrize("path", [[(2.3, 1.0)], [(2.3, 1.0)] * 3, [(2.3, 1.0), (2.3, 1.0 + 1e-13)]])
+def test_a_robot_that_stands_meets_what_one_that_creeps_does(path: Any) -> None:
+    then = world_with(desk_at(3.0, 0, spread=0.2)).at(0)
+    creeps = then.blocked([(2.3, 1.0), (2.3, 1.001)], 0.3).probability
+    assert 0.1 < creeps < 0.9
+    assert then.blocked(path, 0.3).probability == pytest.approx(creeps, abs=0.02)
+
+
 def test_edges_are_told_in_the_words_of_nav2() -> None:
     edges = [RouteEdge(3, THROUGH), RouteEdge(7, [(-4.0, -2.0), (-4.0, 2.0)])]
     shut = world_with(at_angle(SHUT, 0), far_desk()).at(0)
