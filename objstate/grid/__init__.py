@@ -17,6 +17,7 @@ from objstate.grid.drawing import (
     polygon,
     rectangle,
     spread_of,
+    swept,
 )
 from objstate.grid.entropy import entropy
 from objstate.grid.grid import Grid
@@ -66,4 +67,5 @@ __all__ = [
     "rectangle",
     "resampled",
     "spread_of",
+    "swept",
 ]

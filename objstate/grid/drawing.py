@@ -174,6 +174,18 @@ def expected_occupancy(
     return _on(layout, np.column_stack([columns, rows]) + low, plane[rows, columns])
 
 
+def swept(way: FloatArray, radius: float) -> list[FloatArray]:
+    """The footprints (k, 2) m of a disc on each leg of a way (n, 2) m, n > 0.
+
+    Legs are apart, so that what a way leads around isn't covered.
+    """
+    import shapely
+
+    ends = way if len(way) > 1 else np.concatenate([way, way])
+    legs = shapely.linestrings(np.stack([ends[:-1], ends[1:]], axis=1))
+    return [shapely.get_coordinates(each)[:-1] for each in shapely.buffer(legs, radius)]
+
+
 def _within(
     layout: Layout, centre: FloatArray, covariance: FloatArray, quantile: float
 ) -> tuple[NDArray[np.int64], FloatArray]:

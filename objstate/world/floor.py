@@ -10,6 +10,7 @@ import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from types import EllipsisType
 
 import numpy as np
@@ -17,11 +18,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from objstate.errors import GridError, QueryError, WorldError
 from objstate.geometry import FloatArray, IntArray
-from objstate.grid import Grid, Layout, expected_occupancy
+from objstate.grid import Grid, Layout, expected_occupancy, swept
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.records import NANOSECONDS
-from objstate.world.blocking import Blocker, checked_path, points_of, probability_in
+from objstate.world.blocking import (
+    Blocker,
+    checked_path,
+    points_of,
+    probability_in,
+    probability_on,
+)
 
 Cells = tuple[IntArray, IntArray] | EllipsisType  # rows and columns
 
@@ -138,22 +145,31 @@ def occupied(
     ``floors`` are in time order; the newest that knows a cell counts for it. Raises QueryError for
     an area that is none.
     """
-    polygon = _polygon(area, robot_radius)
+    if robot_radius is None:
+        polygon = _polygon(area)
+        pieces, chance = [polygon], partial(probability_in, polygon=polygon)
+    else:
+        path = checked_path(area, robot_radius)
+        pieces = swept(path, robot_radius)
+        chance = partial(probability_on, path=path, robot_radius=robot_radius)
     blockers = [
         Blocker(name, probability)
         for name, belief in beliefs.items()
-        if (probability := probability_in(belief, polygon)) > 0.0
+        if (probability := chance(belief)) > 0.0
     ]
     blockers.sort(key=lambda each: (-each.probability, each.object))
-    unlisted, known, seen = _cells(floors, polygon, stamp_ns)
+    unlisted, known, seen = _cells(floors, pieces, stamp_ns)
     free = float(np.prod([1.0 - each.probability for each in blockers])) * (1.0 - unlisted)
     return Occupancy(1.0 - free, tuple(blockers), unlisted, known, seen)
 
 
 def _cells(
-    floors: Sequence[KeptFloor], polygon: FloatArray, stamp_ns: int
+    floors: Sequence[KeptFloor], pieces: Sequence[FloatArray], stamp_ns: int
 ) -> tuple[float, float, int | None]:
-    """The surest cell, the share of cells that are known, and when the newest grid of those ended."""
+    """The surest cell, the share of cells that are known, and when the newest grid of those ended.
+
+    ``pieces`` (k, 2) m are polygons that make up the area.
+    """
     unlisted, known, seen = 0.0, 0.0, None
     rest: FloatArray | None = None  # (n, 2) m, middles of cells that no newer grid knows
     for kept in reversed(floors):
@@ -162,7 +178,7 @@ def _cells(
         floor = kept.memory
         layout = floor.layout
         if rest is None:
-            where = expected_occupancy(layout, [polygon], np.ones(1)).where
+            where = expected_occupancy(layout, pieces, np.ones(len(pieces))).where
             if not len(where):
                 continue
             rows, columns = np.divmod(where, layout.columns)
@@ -184,14 +200,10 @@ def _cells(
     return unlisted, min(known, 1.0), seen
 
 
-def _polygon(area: ArrayLike, robot_radius: float | None) -> FloatArray:
+def _polygon(area: ArrayLike) -> FloatArray:
     """(n, 2) m corners. Raises QueryError."""
     import shapely
 
-    if robot_radius is not None:
-        path = checked_path(area, robot_radius)
-        disc = shapely.LineString(path).buffer(robot_radius)
-        return np.asarray(disc.exterior.coords)[:-1]
     points = points_of(area)
     if points is None or len(points) < 3:
         raise QueryError(

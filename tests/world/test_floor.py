@@ -12,7 +12,7 @@ from objstate.errors import WorldError
 from objstate.grid import CountCells, Grid, Layout, circle
 from objstate.world import FloorMemory, World
 from objstate.world.store import DriveEntry, open_store
-from tests.world.examples import BUILDING, OBJECTS, SECOND, at_angle
+from tests.world.examples import BUILDING, OBJECTS, SECOND, at_angle, desk_at
 
 LAYOUT = Layout(0.1, 60, 80, np.array([-4.0, -3.0, 0.2]))
 LIFE = 100.0  # s
@@ -66,6 +66,16 @@ def test_a_path_meets_what_is_within_the_robots_radius() -> None:
     beside = BOX + np.array([[-1.0, 0.5], [1.0, 0.5]])
     assert world.occupied(beside, 0.2, 0).unlisted < 0.05
     assert world.occupied(beside, 0.4, 0).unlisted > 0.9
+
+
+def test_what_a_path_leads_around_is_not_in_its_way() -> None:
+    about = np.vstack([AROUND, AROUND[:1]])
+    around_box, around_desk = BOX + 3.0 * (about - BOX), np.array([3.0, 1.0]) + 5.0 * (about - BOX)
+    world = world_of(left(0)).with_beliefs([desk_at(3.0, 0)])
+    assert world.occupied(around_box, 0.1, stamp_ns=0).unlisted < 0.05
+    assert world.occupied(around_desk, 0.1, stamp_ns=0).blockers == ()
+    through = np.vstack([around_desk, [3.0, 1.0]])
+    assert [each.object for each in world.occupied(through, 0.1, stamp_ns=0).blockers] == ["desk"]
 
 
 def test_the_newest_drive_that_knows_a_cell_counts() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from objstate.errors import GridError
 from objstate.geometry import FloatArray
-from objstate.grid import Drawing, Layout, entropy, expected_occupancy, gaussian
+from objstate.grid import Drawing, Layout, entropy, expected_occupancy, gaussian, swept
 from objstate.grid.grid import OCCUPIED
 from objstate.objects import ObjectBelief
 from objstate.objects.covered import covered
@@ -107,11 +107,8 @@ class EntropyMap:
         self.watched[:] = 0.0
         if not len(way):
             return
-        import shapely
-
-        shape = shapely.LineString(way) if len(way) > 1 else shapely.Point(way[0])
-        outline = np.asarray(shape.buffer(radius).exterior.coords)[:-1]
-        drawn = expected_occupancy(self.layout, [outline], np.ones(1))
+        covered = swept(way, radius)
+        drawn = expected_occupancy(self.layout, covered, np.ones(len(covered)))
         self.watched.reshape(-1)[drawn.where] = bits
 
     def priority(self, name: str) -> float:

@@ -184,6 +184,15 @@ def test_the_way_ahead_is_looked_at_again_and_again() -> None:
         made.watch(np.array([[0.0, np.nan]]), 0.3)
 
 
+def test_what_the_way_leads_around_is_not_watched() -> None:
+    made = entropies(np.zeros(LAYOUT.shape, np.float32))
+    loop = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    made.watch(loop, 0.2)
+    column, row = np.floor(LAYOUT.to_cells(np.array([[0.0, 0.0], [1.0, 0.0]]))).astype(int).T
+    inside, on_it = made.watched[row, column]
+    assert inside == 0.0 < on_it
+
+
 def test_with_gains_objects_count_by_what_looks_tell_of_them() -> None:
     door, walls = rooms.door("door_1", 1.5, 0.0), rooms.enclosure(6.0, 5.0)
     building = rooms.building(walls, door)
