@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -34,13 +35,7 @@ class PoseBelief:
 
         These have exactly a mean of 0 and unit covariance.
         """
-
-        def poses() -> FloatArray:
-            drawn = mean + draws @ np.linalg.cholesky(covariance + TINY * np.eye(3)).T
-            drawn[:, 2] = wrap(drawn[:, 2])
-            return drawn
-
-        out = PoseBelief(poses, Weights.uniform(len(draws)))
+        out = PoseBelief(partial(_drawn, mean, covariance, draws), Weights.uniform(len(draws)))
         out.__dict__["_moments"] = mean, covariance
         return out
 
@@ -84,3 +79,10 @@ class PoseBelief:
             return self
         chosen = systematic(self.weights, count, rng)
         return PoseBelief(self.poses[chosen], Weights.uniform(count))
+
+
+def _drawn(mean: FloatArray, covariance: FloatArray, draws: FloatArray) -> FloatArray:
+    """Samples (n, 3) of a Gaussian from ``draws`` (n, 3) of a normal one."""
+    drawn = mean + draws @ np.linalg.cholesky(covariance + TINY * np.eye(3)).T
+    drawn[:, 2] = wrap(drawn[:, 2])
+    return np.asarray(drawn)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,3 +34,11 @@ def test_covariance_is_numpys() -> None:
     reference = np.cov(belief.poses[:, :2].T, aweights=belief.weights.values, ddof=0)
     np.testing.assert_allclose(belief.covariance[:2, :2], reference)
     np.testing.assert_allclose(belief.position_std**2, np.linalg.eigvalsh(reference)[1])
+
+
+def test_a_belief_whose_samples_are_not_drawn_yet_can_be_pickled_and_copied() -> None:
+    draws = np.random.default_rng(0).standard_normal((30, 3))
+    belief = PoseBelief.whitened(np.array([1.0, 2.0, 3.1]), np.diag([0.01, 0.02, 0.03]), draws)
+    for other in (pickle.loads(pickle.dumps(belief)), copy.deepcopy(belief)):
+        np.testing.assert_array_equal(other.mean, belief.mean)
+        np.testing.assert_array_equal(other.poses, belief.poses)
