@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building import outline
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.config import FurnitureSettings, Settings
-from objstate.errors import SettingsError
+from objstate.errors import QueryError, SettingsError
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later
 from objstate.maintenance.answers import Falsification
@@ -161,7 +161,15 @@ class LightCheck:
         return Region(np.flatnonzero(np.abs(turn) <= half), float(sector[2]), float(sector[3]))
 
     def __call__(self, ranges: FloatArray, pose: FloatArray) -> Checked:
-        """The posterior after the ranges (n,) of a scan from a robot at a pose (3,)."""
+        """The posterior after the ranges (n,) of a scan from a robot at a pose (3,).
+
+        Raises QueryError for ranges of another number of beams, and for a pose that is none.
+        """
+        if np.shape(ranges) != self._bearings.shape:
+            raise QueryError(
+                f"Ranges of shape {np.shape(ranges)} are none of a laser with {len(self._bearings)} "
+                "beams; give one for each of the rays that the check was made with."
+            )
         laser = self._laser(pose)
         out, hidden = np.empty(3), np.zeros(len(self._names) + 1)
         beams, bearing = check_kernels.check(
@@ -258,8 +266,10 @@ class LightCheck:
         return out
 
     def _laser(self, pose: FloatArray) -> FloatArray:
-        """(4,) as the loops take it."""
+        """(4,) as the loops take it. Raises QueryError."""
         x, y, yaw = pose.tolist()
+        if not math.isfinite(x + y + yaw):
+            raise QueryError(f"The pose ({x}, {y}, {yaw}) must be finite; give x m, y m, yaw rad.")
         cos, sin = math.cos(yaw), math.sin(yaw)
         ahead, left = self._mount
         return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left, cos, sin])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objstate.errors import SettingsError
+from objstate.errors import QueryError, SettingsError
 from objstate.gaze import Sensor
 from objstate.geometry import FloatArray
 from objstate.maintenance import LightCheck, Outcome, Verdict, falsified
@@ -105,6 +105,16 @@ def test_how_probably_something_is_hidden_follows_from_what_is_believed_of_other
     assert check.probability_hidden(AT_CHEST, maybe) == pytest.approx(covered * 0.5 / 0.95)
     assert covered > 0.8
     assert check.probability_hidden(np.array([-3.0, -1.5, 0.0]), beliefs()) > 0.9  # walls
+
+
+def test_what_is_no_scan_or_no_pose_is_refused() -> None:
+    check, ranges = check_of("door"), scan(AT_DOOR)
+    for other in (ranges[:5], np.append(ranges, 1.0), ranges[None]):
+        with pytest.raises(QueryError, match="one for each of the rays"):
+            check(other, AT_DOOR)
+    for ask in (lambda pose: check(ranges, pose), check.region):
+        with pytest.raises(QueryError, match="must be finite"):
+            ask(np.array([np.nan, 0.0, 0.0]))
 
 
 def test_the_region_holds_what_bears_on_the_object_and_little_else() -> None:
