@@ -151,6 +151,10 @@ class Floor:
 
         Raises SettingsError where none is near.
         """
+        if not np.isfinite(place).all():
+            raise SettingsError(
+                f"The robot can't be at {place} m; give a finite place on the floor."
+            )
         off = np.linalg.norm(self.places - place, axis=1)
         off[~self.free.reshape(-1)] = np.inf
         cell = int(off.argmin())

@@ -99,7 +99,7 @@ class Coordinator:
         floor: where the robot may drive; by default wherever walls leave room.
 
     Raises:
-        SettingsError: no sensor, or no place where the robot fits.
+        SettingsError: no sensor, two of one name, or no place where the robot fits.
     """
 
     def __init__(
@@ -112,6 +112,9 @@ class Coordinator:
     ) -> None:
         if not sensors:
             raise SettingsError("A robot without a sensor can't see anything; give one.")
+        names = [each.name for each in sensors]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise SettingsError(f"Two sensors are called '{twice[0]}'; give each its own name.")
         s, estimation = settings or CoordinatorSettings(), estimation or Settings()
         self.settings = s
         self.building = building
@@ -143,10 +146,14 @@ class Coordinator:
         """All actions of a robot at (3,), the most useful first; of objects ``only``, if given.
 
         A robot that may not drive can only update what it sees from where it is.
-        Raises SettingsError for a place that is not on the free floor.
+        Raises SettingsError for a place that is not on the free floor, and for objects that the
+        beliefs don't have.
         """
         prospects = Prospects(self._library, beliefs)
         names = list(beliefs) if only is None else list(only)
+        if unknown := [name for name in names if name not in beliefs]:
+            known = ", ".join(sorted(beliefs)) or "none"
+            raise SettingsError(f"There is no object '{unknown[0]}'; there are {known}.")
         if may_drive:
             candidates = self._candidates(prospects, names, self.floor.ways_from(at[:2], beliefs))
         else:

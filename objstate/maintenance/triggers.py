@@ -19,10 +19,16 @@ SURE = 0.9  # probability from which on a passage counts as clear or as blocked
 
 @dataclass(frozen=True)
 class Plan:
-    """What a planner is about to do with an object."""
+    """What a planner is about to do with an object.
+
+    Raises SettingsError for a verb that no plan has.
+    """
 
     verb: str
     object: str
+
+    def __post_init__(self) -> None:
+        _check_verbs(self.verb)
 
     @staticmethod
     def parse(text: str) -> Plan:
@@ -108,10 +114,14 @@ def before(*verbs: str) -> Trigger:
 
     Raises SettingsError for a verb that no plan has.
     """
+    _check_verbs(*verbs)
+    return lambda s: s.plan is not None and s.is_planned_with and s.plan.verb in verbs
+
+
+def _check_verbs(*verbs: str) -> None:
     unknown = [verb for verb in verbs if verb not in VERBS]
     if unknown:
         raise SettingsError(f"No plan says '{unknown[0]}'; plans say {', '.join(VERBS)}.")
-    return lambda s: s.plan is not None and s.is_planned_with and s.plan.verb in verbs
 
 
 def named(pattern: str) -> Trigger:

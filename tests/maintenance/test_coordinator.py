@@ -204,3 +204,20 @@ def test_a_plan_whose_object_is_seen_from_nowhere_is_refused() -> None:
 def test_a_robot_without_sensors_is_refused() -> None:
     with pytest.raises(SettingsError, match="without a sensor"):
         Coordinator(ROOMS, [])
+
+
+def test_two_sensors_of_one_name_are_refused() -> None:
+    with pytest.raises(SettingsError, match="Two sensors are called 'laser'"):
+        Coordinator(ROOMS, [LASER, Sensor("laser", range_max=3.0)])
+
+
+def test_a_place_that_is_none_is_refused(coordinator: Coordinator) -> None:
+    nowhere = np.array([np.nan, 0.0, 0.0])
+    for choose in (coordinator.choose, coordinator.actions):
+        with pytest.raises(SettingsError, match="finite place on the floor"):
+            choose(priors(ROOMS), nowhere)
+
+
+def test_actions_on_unknown_objects_are_refused(coordinator: Coordinator) -> None:
+    with pytest.raises(SettingsError, match=r"no object 'gate'; there are .*door"):
+        coordinator.actions(priors(ROOMS), AT, only=["door", "gate"])

@@ -82,6 +82,8 @@ def test_what_is_no_plan_is_refused(text: str) -> None:
 def test_a_verb_that_no_plan_has_is_refused() -> None:
     with pytest.raises(SettingsError, match="No plan says 'kick'"):
         before("kick")
+    with pytest.raises(SettingsError, match="No plan says 'kick'"):
+        Plan("kick", "door")
 
 
 def test_a_plan_reads_as_it_was_written() -> None:
