@@ -244,6 +244,11 @@ def _against(
     found = Finals()
     with _opened(other) as index:
         results = _results(other, index, list(logs.values()))
+        if not results:
+            raise ResultError(
+                f"{other} has no result of a log with one of the same names; compare a batch with a "
+                "batch of the same logs, or one result with one, such as logs/NAME of a batch."
+            )
         for name, result in results.items():
             if _digests(result) != _digests(own[name]):
                 raise ResultError(

@@ -116,6 +116,14 @@ def test_results_of_different_logs_are_not_compared(run, home: Path) -> None:
     assert "compare results of the same logs" in outcome.err
 
 
+def test_a_result_and_a_batch_are_not_compared(run, home: Path) -> None:
+    truth = home / "drives" / "day_0" / "truth.csv"
+    one = ("evaluate", home / "all" / "logs" / "day_0", "--truth", truth)
+    outcome = run(*one, "--against", home / "all", "--quiet")
+    assert outcome.code == 1
+    assert "no result of a log with one of the same names" in outcome.err
+
+
 def test_one_result_needs_a_truth(run, home: Path) -> None:
     outcome = run("evaluate", home / "all" / "logs" / "day_0")
     assert outcome.code == 1
