@@ -23,7 +23,7 @@ from objstate.cli.error_tables import (
     errors_table,
     robot_table,
 )
-from objstate.cli.json_values import json_values, write_json
+from objstate.cli.json_values import JSON_HELP, json_values, write_json
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
@@ -82,7 +82,7 @@ def evaluate(
         ),
     ] = False,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
+        Path | None, typer.Option("--json", metavar="FILE", help=JSON_HELP)
     ] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -135,9 +135,9 @@ def _evaluate_result(
         )
     evaluation = evaluate_result(folder, truth, path, align, filtered=filtered)
     limit = _limit(folder, truth) if bound and truth is not None else None
-    if json_file is not None:
-        figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
-        write_json(json_file, figures)
+    figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
+    if write_json(json_file, figures):
+        return
     if truth is not None:
         _print(evaluation)
     if evaluation.robot is not None:
@@ -166,10 +166,9 @@ def _evaluate_batch(
             None if report is None else lambda done, count: report(done / count, 0.0),
             filtered=filtered,
         )
-    if json_file is not None:
-        write_json(json_file, evaluation)
     print_warnings(evaluation.notes, quiet)
-    _print_batch(evaluation)
+    if not write_json(json_file, evaluation):
+        _print_batch(evaluation)
 
 
 def _print_batch(evaluation: BatchEvaluation) -> None:

@@ -10,12 +10,26 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from objstate.cli.console import print_text
 from objstate.outputs import write_text
 
+JSON_HELP = "Write the figures here too; '-' prints them instead of tables."
+STDOUT = Path("-")
 
-def write_json(file: Path, value: Any) -> None:
-    """Write a summary as JSON, in the place of an older one. Raises ResultError."""
-    write_text(file, json.dumps(json_values(value), indent=2) + "\n")
+
+def write_json(file: Path | None, value: Any) -> bool:
+    """Write a summary as JSON, in the place of an older one, where a file is named.
+
+    Returns whether it was printed, for ``-``, so that nothing else should be. Raises ResultError.
+    """
+    if file is None:
+        return False
+    text = json.dumps(json_values(value), indent=2)
+    if file == STDOUT:
+        print_text(text)
+        return True
+    write_text(file, text + "\n")
+    return False
 
 
 def json_values(value: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from objstate.cli.console import print_table, print_text
-from objstate.cli.json_values import write_json
+from objstate.cli.json_values import JSON_HELP, write_json
 from objstate.cli.parsing import parse_zone
 from objstate.cli.tables import new_table, percent, significant
 from objstate.errors import SettingsError
@@ -55,7 +55,7 @@ def statistics(
         ),
     ] = False,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
+        Path | None, typer.Option("--json", metavar="FILE", help=JSON_HELP)
     ] = None,
 ) -> None:
     """How much of the time each door is open, for how long, and how often it is moved.
@@ -76,8 +76,8 @@ def statistics(
         ) from error
     with mirrored(folder, only=(REPORT,)) as home:
         doors = door_statistics(home, above, parse_zone(timezone), filtered=filtered)
-    if json_file is not None:
-        write_json(json_file, doors)
+    if write_json(json_file, doors):
+        return
     if not doors:
         print_text("No door was seen clearly open or closed.")
         return

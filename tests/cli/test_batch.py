@@ -87,6 +87,8 @@ def test_a_batch_is_evaluated_by_its_own_truths(run, home: Path) -> None:
     for title in ("By object", "By distance (m)", "By incidence (deg)", "By beams", "Calibration"):
         assert title in outcome.out
     figures = json.loads(file.read_text())
+    printed = run("evaluate", home / "all", "--json", "-", "--quiet")
+    assert (printed.code, json.loads(printed.out)) == (0, figures)
     assert figures["logs"] == LOGS
     assert figures["overall"][0]["final"]["count"] == LOGS
     assert {group["condition"] for group in figures["groups"]} >= {"class", "beams"}
@@ -136,6 +138,8 @@ def test_door_statistics_are_printed_and_written(run, home: Path) -> None:
     assert outcome.code == 0
     assert "office_door" in outcome.out
     (door,) = json.loads(file.read_text())
+    printed = run("statistics", home / "all", "--timezone", "Europe/Berlin", "--json", "-")
+    assert (printed.code, json.loads(printed.out)) == (0, [door])
     assert door["share_open"]["lower"] < door["share_open"]["upper"]
     assert door["by_hour"][0]["key"] == 14  # the simulated logs begin at 12:26 UTC, in September
 

@@ -57,6 +57,8 @@ def test_without_being_asked_there_is_none(run, drive: Path) -> None:
     outcome = run("evaluate", drive / "result", "--truth", truth, "--json", figures)
     assert "bound" not in outcome.out
     assert "bound" not in json.loads(figures.read_text())
+    printed = run("evaluate", drive / "result", "--truth", truth, "--json", "-")
+    assert json.loads(printed.out) == json.loads(figures.read_text())
 
 
 def test_a_drive_that_was_not_simulated_has_none(run, drive: Path) -> None:
