@@ -9,8 +9,10 @@ import sysconfig
 import tomllib
 import zipfile
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.metadata import distribution, requires, version
 from pathlib import Path
+from types import FunctionType
 
 import pytest
 from packaging.requirements import Requirement
@@ -231,3 +233,20 @@ def test_an_estimate_loads_only_what_it_needs(tmp_path: Path) -> None:
     loaded = set(done.stderr.split())
     assert loaded & NOT_FOR_THE_SAMPLE == set()
     assert "numba" in loaded
+
+
+@pytest.mark.parametrize(
+    "name", ["", ".batch", ".gaze", ".grid", ".maintenance", ".report", ".world"]
+)
+def test_what_is_public_says_what_it_is(name: str) -> None:
+    module = import_module(f"objstate{name}")
+    public = [(each, getattr(module, each)) for each in module.__all__]
+    parts = [
+        (f"{each}.{part}", value)
+        for each, kind in public
+        if isinstance(kind, type)
+        for part, value in vars(kind).items()
+        if not part.startswith("_") and isinstance(value, property | FunctionType | staticmethod)
+    ]
+    named = [(each, value) for each, value in public if getattr(value, "__name__", "") == each]
+    assert [each for each, value in [*named, *parts] if not value.__doc__] == []

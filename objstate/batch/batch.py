@@ -44,6 +44,7 @@ class BatchResult:
 
     @property
     def failed(self) -> list[Outcome]:
+        """How the logs ended that aren't done."""
         return [outcome for outcome in self.outcomes if outcome.status != "done"]
 
 

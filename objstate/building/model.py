@@ -81,6 +81,7 @@ class MovableObject:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
+        """Names of the state's coordinates (d,): angle in rad, offset, x and y in m, yaw in rad."""
         return COORDINATES[self.kind]
 
     def hung_at(self, hinge: FloatArray) -> MovableObject:

@@ -44,6 +44,7 @@ class Candidate:
 
     @property
     def probability(self) -> float:
+        """That it stays."""
         return 1.0 / (1.0 + exp(-self.log_odds))
 
     def places(self, layout: Layout) -> FloatArray:

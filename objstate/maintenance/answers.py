@@ -64,6 +64,7 @@ class Association:
 
     @property
     def best(self) -> str:
+        """The name of the most probable one."""
         return max(self.probabilities, key=lambda name: self.probabilities[name])
 
 

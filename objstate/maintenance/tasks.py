@@ -33,6 +33,7 @@ class Expectation:
 
     @staticmethod
     def of(belief: ObjectBelief) -> Expectation:
+        """Before a look at an object, from what is believed of it."""
         return Expectation(belief.item.name, *belief.interval(REGION))
 
     def share_inside(self, belief: ObjectBelief) -> float:

@@ -56,6 +56,7 @@ class Situation:
 
     @property
     def is_planned_with(self) -> bool:
+        """Whether the plan is about this object."""
         return self.plan is not None and self.plan.object == self.belief.item.name
 
 

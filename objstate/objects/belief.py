@@ -51,10 +51,12 @@ class Distribution:
 
     @property
     def mean(self) -> float:
+        """The expected value, in the unit of the values."""
         return float(self.weights @ self.values)
 
     @property
     def std(self) -> float:
+        """The standard deviation, in the unit of the values."""
         return float(np.sqrt(self.weights @ (self.values - self.mean) ** 2))
 
     def interval(self, share: float = CENTRAL) -> tuple[float, float]:
@@ -106,6 +108,7 @@ class ObjectBelief:
         return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
 
     def with_weights(self, weights: Weights) -> ObjectBelief:
+        """The same states with other weights (n,)."""
         return altered(self, weights=weights)
 
     def on_lattice(self, weights: FloatArray, mean: float, std: float, **also: Any) -> ObjectBelief:
@@ -117,6 +120,7 @@ class ObjectBelief:
         return altered(self, weights=Weights(weights), joint=None, **known, **also)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
+        """Other states (n, d) with their weights (n,), and all else as it is."""
         return altered(self, states=states, weights=weights, joint=None)
 
     @lazy
