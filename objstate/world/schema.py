@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 
 from sqlalchemy import (
     BigInteger,
     Column,
     Connection,
+    Dialect,
     ForeignKey,
     Integer,
     LargeBinary,
     MetaData,
     Table,
     Text,
+    TypeDecorator,
     inspect,
     select,
     update,
@@ -24,6 +27,17 @@ from objstate.errors import WorldError
 from objstate.world.location import Location
 
 METADATA = MetaData()
+
+
+class Moment(TypeDecorator[int]):
+    """Nanoseconds, of any integer type: SQLite keeps integers of NumPy as bytes, else."""
+
+    impl = BigInteger
+    cache_ok = True
+
+    def process_bind_param(self, value: int | None, dialect: Dialect) -> int | None:
+        return None if value is None else operator.index(value)
+
 
 # One row: the building that the world is of, and the form of the tables.
 WORLD = Table(
@@ -44,8 +58,8 @@ DRIVES = Table(
     METADATA,
     Column("id", Integer, primary_key=True),
     Column("digest", Text, nullable=False, unique=True),  # what makes a log the same
-    Column("begin_ns", BigInteger, nullable=False),
-    Column("end_ns", BigInteger, nullable=False),
+    Column("begin_ns", Moment, nullable=False),
+    Column("end_ns", Moment, nullable=False),
     Column("settings", Text, nullable=False),  # JSON
     Column("version", Text, nullable=False),  # of objstate
 )
@@ -53,9 +67,9 @@ BELIEFS = Table(
     "belief",
     METADATA,
     Column("object", ForeignKey("world_object.name"), primary_key=True),
-    Column("stamp_ns", BigInteger, primary_key=True),
+    Column("stamp_ns", Moment, primary_key=True),
     Column("drive", ForeignKey("drive.id"), primary_key=True),
-    Column("last_observed_ns", BigInteger),
+    Column("last_observed_ns", Moment),
     Column("belief", LargeBinary, nullable=False),  # codec.pack_belief
 )
 # What a drive with a grid left of it, at its end.
@@ -63,8 +77,8 @@ FLOORS = Table(
     "drive_floor",
     METADATA,
     Column("drive", ForeignKey("drive.id"), primary_key=True),
-    Column("stamp_ns", BigInteger, nullable=False),
-    Column("forgotten_ns", BigInteger, nullable=False),  # from when on nothing of it is known
+    Column("stamp_ns", Moment, nullable=False),
+    Column("forgotten_ns", Moment, nullable=False),  # from when on nothing of it is known
     Column("floor", LargeBinary, nullable=False),  # FloorMemory.pack
 )
 # What is known of each door's habits (habit_rows); it follows from the beliefs.

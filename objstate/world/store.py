@@ -43,7 +43,7 @@ from objstate.world.schema import (
 )
 from objstate.world.statics import DoorEvidence, Drive
 from objstate.world.surveys import MOST, KeptSurvey
-from objstate.world.world import World, filters_of
+from objstate.world.world import World, checked_stamp, filters_of
 
 REPORT = "evidence:"  # how digests of reports begin
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
@@ -123,7 +123,11 @@ class WorldStore:
 
         Raises:
             WorldError: the world can't be read, or a belief is damaged.
+            QueryError: a moment is none.
         """
+        since_ns, until_ns = (
+            None if each is None else checked_stamp(each, 0) for each in (since_ns, until_ns)
+        )
         with self._database.reading() as connection:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)

@@ -5,6 +5,7 @@ import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,6 +71,29 @@ def test_drives_may_come_in_any_order(place: str, tmp_path: Path) -> None:
     assert same(*worlds, range(0, 30 * HOUR, HOUR))
     assert [drive.digest for drive in back.drives()] == ["monday", "tuesday"]
     assert back.load().at(25 * HOUR)["door"].mean[0] == pytest.approx(1.2, abs=0.01)
+
+
+def test_moments_may_be_integers_of_any_type(place: str, tmp_path: Path) -> None:
+    store, plain = open_store(place, BUILDING), open_store(tmp_path / "plain.db", BUILDING)
+    at: Any = np.array([1, 2, 24, 25], dtype=np.int64) * HOUR
+    began, ended, since, until = at
+    seen = replace(at_angle(0.3, 0), stamp_ns=ended, last_observed_ns=ended)
+    store.add(DriveEntry("monday", began, ended), [seen])
+    plain.add(MONDAY, [at_angle(0.3, 2 * HOUR)])
+    for each in (store, plain):
+        each.add(TUESDAY, ON_TUESDAY)
+    assert store.drives() == plain.drives()
+    assert same(store.load(), plain.load(), range(0, 30 * HOUR, HOUR))
+    part, same_part = (each.load(since_ns=since, until_ns=until) for each in (store, plain))
+    assert same(part, same_part, range(24 * HOUR, 30 * HOUR, HOUR))
+
+
+@pytest.mark.parametrize("stamp", [1.5, np.nan, "now", 10**30])
+def test_a_moment_to_load_from_that_is_none_is_refused(place: str, stamp: Any) -> None:
+    store = open_store(place, BUILDING)
+    for part in ({"since_ns": stamp}, {"until_ns": stamp}):
+        with pytest.raises(QueryError, match="stamps are in nanoseconds"):
+            store.load(**part)
 
 
 def test_a_part_of_the_history_answers_alike_where_it_reaches(place: str) -> None:
