@@ -48,7 +48,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
     (pose.drive, pose.leave, pose.rows, pose.wall_sums),
     (search.by_cell, search.look_round),
-    (mixture.pooled, mixture.renew_robot, mixture.join, repeats.count, repeats.share),
+    (mixture.pooled, mixture.renew_robot, mixture.join, repeats.meet, repeats.share),
     (search.scores, lattice.moments, lattice.interval),
     (scans.total_log_likelihoods, scans.take, scans.stand, scans.stand_about, scans.hinged),
     (scans.ranges_to, scans.share_explained, scans.short, pieces.meet),

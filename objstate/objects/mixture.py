@@ -433,6 +433,7 @@ class DoorMixture:
             beams.measured,
             noise.variance,
             noise.growth,
+            noise.range_max,
         )
         reached, before, then, kinds, log_evidence = self._conditioned(
             beams, noise, shape, repeats.fresh(ends), weights

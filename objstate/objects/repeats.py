@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.compiling import called_with, njit
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.linear import ROOT_TAU
 
 LENGTH = 0.05  # m along a surface, from which on its deviations are independent
@@ -22,24 +22,27 @@ SHIFT = 0.01  # m; deviation of ranges to the same surface from pose to pose
 BENT = 0.5  # deviation of a surface between two points, as a share of their distance
 REPEATS = 0.8  # probability that the surface of the last scan is still there
 ANYWHERE = 1.0  # 1/m, density of a range to another one
+CLOSEST = 1e-9  # m
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 class Ends(NamedTuple):
-    """Where beams ended on surfaces, and how often each piece was met so far."""
+    """Where beams ended on surfaces, and how often these were met so far, there and in between."""
 
-    points: FloatArray  # (m, 2) m in the building, in the order of the scan; NaN without return
+    points: FloatArray  # (m, 2) m in the building, in the order of the scan
     times: FloatArray  # (m,)
+    between: FloatArray  # (m - 1,) in the middle between two points
+    returned: BoolArray  # (m,) whether a reading came back; the others ended nowhere in reach
 
 
-NO_ENDS = Ends(np.empty((0, 2)), np.empty(0))
+NO_ENDS = Ends(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0, dtype=bool))
 
 
 def fresh(ends: Ends) -> FloatArray:
     """(n,) share of a beam that counts."""
     shares = np.empty(len(ends.times))
-    share(ends.points, ends.times, shares)
+    share(ends.points, ends.times, ends.returned, shares)
     return shares
 
 
@@ -50,64 +53,81 @@ def follow(
     measured: FloatArray,
     variance: float,
     growth: float,
+    range_max: float,
 ) -> Ends:
     """The ends of a laser's scan, with ``before`` those of its last one.
 
     Beams have ``origins`` and ``directions`` (n, 2) in the building and ``measured`` ranges (n,) m,
-    whose noise has a ``variance`` m^2 that grows with the squared range by ``growth``.
+    inf where none came back from within ``range_max`` m. Their noise has a ``variance`` m^2 that
+    grows with the squared range by ``growth``.
     """
-    times = np.empty(len(measured))
-    count(before.points, before.times, origins, directions, measured, variance, growth, times)
-    ranges = np.where(np.isfinite(measured), measured, np.nan)
-    return Ends(origins + ranges[:, None] * directions, times)
+    returned = np.isfinite(measured)
+    ranges = np.where(returned, measured, range_max)
+    points = origins + ranges[:, None] * directions
+    count, halves = len(points), 0.5 * np.diff(points, axis=0)
+    places = np.concatenate([points, points[1:] - halves])
+    origins = np.concatenate([origins, origins[1:]])
+    came = np.concatenate([returned, returned[1:] | returned[:-1]])
+    met = np.zeros(len(places))
+    meet(*before, origins, places, came, variance, growth, met)
+    near = np.exp(-np.hypot(halves[:, 0], halves[:, 1]) / LENGTH)
+    return Ends(points, 1.0 + met[:count], near + met[count:], returned)
 
 
-@called_with("f2 f1 f2 f2 f1 f f f1")
+@called_with("f2 f1 f1 b1 f2 f2 b1 f f f1")
 @_compile
-def count(
+def meet(
     points: FloatArray,
     times: FloatArray,
+    between: FloatArray,
+    returned: BoolArray,
     origins: FloatArray,
-    directions: FloatArray,
-    measured: FloatArray,
+    places: FloatArray,
+    came: BoolArray,
     variance: float,
     growth: float,
     out: FloatArray,
 ) -> None:
-    """Set ``out`` (n,) to how often the piece that each beam meets has been met, with this scan.
+    """Set ``out`` (n,) to how often the surface at places (n, 2) has been met before.
 
-    The last scan's ends are ``points`` (m, 2), met so many ``times`` (m,).
+    They are seen from ``origins`` (n, 2), and readings ``came`` from them or not (n,). The last
+    scan has ``points`` (m, 2), and the surface was met so many ``times`` (m,) there and ``between``
+    (m - 1,) two of them.
     """
-    for i in range(measured.shape[0]):
-        out[i] = 1.0
-        if measured[i] == np.inf:
-            continue
-        dx, dy, nearest = directions[i, 0], directions[i, 1], np.inf
-        before, along_before = np.nan, np.nan
+    for i in range(places.shape[0]):
+        off_x, off_y = places[i, 0] - origins[i, 0], places[i, 1] - origins[i, 1]
+        away, nearest, before, along_before = math.hypot(off_x, off_y), np.inf, np.nan, np.nan
+        dx, dy = off_x / max(away, CLOSEST), off_y / max(away, CLOSEST)
+        aside, distance, bent, seen = np.inf, 0.0, 0.0, 0.0
         for k in range(points.shape[0]):
             off_x, off_y = points[k, 0] - origins[i, 0], points[k, 1] - origins[i, 1]
             across, along = dx * off_y - dy * off_x, dx * off_x + dy * off_y
             if before * across <= 0.0 and along > 0.0 and along_before > 0.0:
                 part = before / (before - across) if before != across else 0.5
-                distance = along_before + part * (along - along_before)
-                off = abs(measured[i] - distance)
-                if off < nearest:
-                    nearest = off
-                    gap = math.hypot(
-                        points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
-                    )
-                    spread = SHIFT * SHIFT + BENT * BENT * gap * gap * part * (1.0 - part)
-                    spread += 2.0 * (variance + growth * distance * distance)
-                    same = math.exp(-0.5 * off * off / spread) / (ROOT_TAU * math.sqrt(spread))
-                    same *= REPEATS / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
-                    same *= math.exp(-gap * min(part, 1.0 - part) / LENGTH)
-                    out[i] = 1.0 + same * min(times[k - 1], times[k])
+                met = along_before + part * (along - along_before)
+                is_seen = came[i] or returned[k] or returned[k - 1]
+                off = abs(away - met) if is_seen else 0.0
+                if off < nearest or aside > 0.0:
+                    nearest, distance, aside = off, met, 0.0
+                    gap_x, gap_y = points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
+                    bent = math.hypot(gap_x, gap_y) * math.sqrt(part * (1.0 - part))
+                    end = times[k - 1] if part < 0.5 else times[k]
+                    seen = end + 2.0 * min(part, 1.0 - part) * (between[k - 1] - end)
+            elif along > 0.0 and abs(across) < aside:  # beyond both ends of the scan
+                nearest = abs(away - along) if came[i] or returned[k] else 0.0
+                aside, distance, bent = abs(across), along, abs(across)
+                seen = times[k] * math.exp(-aside / LENGTH)
             before, along_before = across, along
+        if seen > 0.0:
+            spread = SHIFT * SHIFT + BENT * BENT * bent * bent
+            spread += 2.0 * (variance + growth * distance * distance)
+            same = math.exp(-0.5 * nearest * nearest / spread) / (ROOT_TAU * math.sqrt(spread))
+            out[i] = seen * REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
 
 
-@called_with("f2 f1 f1")
+@called_with("f2 f1 b1 f1")
 @_compile
-def share(points: FloatArray, times: FloatArray, out: FloatArray) -> None:
+def share(points: FloatArray, times: FloatArray, returned: BoolArray, out: FloatArray) -> None:
     """Set ``out`` (n,) to the share that a beam counts whose surface, at ``points``, was met so often.
 
     Readings of a surface that are evenly spaced by g, with exponential correlation, count as many
@@ -116,9 +136,8 @@ def share(points: FloatArray, times: FloatArray, out: FloatArray) -> None:
     before = 1.0
     for i in range(times.shape[0]):
         after = 1.0
-        if i + 1 < times.shape[0]:
+        if i + 1 < times.shape[0] and returned[i] and returned[i + 1]:
             gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
-            if gap < np.inf:
-                after = math.tanh(gap / (2.0 * LENGTH))
+            after = math.tanh(gap / (2.0 * LENGTH))
         out[i] = 0.5 * (before + after) / times[i]
         before = after

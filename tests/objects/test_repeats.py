@@ -11,6 +11,7 @@ ANGLES = np.linspace(-0.5, 0.5, 61)
 DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 ORIGINS = np.zeros_like(DIRECTIONS)
 VARIANCE = 1e-4  # m^2
+RANGE_MAX = 25.0  # m
 
 
 def wall(distance: float) -> np.ndarray:
@@ -20,7 +21,7 @@ def wall(distance: float) -> np.ndarray:
 def scans(*measured: np.ndarray) -> Ends:
     ends = NO_ENDS
     for each in measured:
-        ends = follow(ends, ORIGINS, DIRECTIONS, each, VARIANCE, 0.0)
+        ends = follow(ends, ORIGINS, DIRECTIONS, each, VARIANCE, 0.0, RANGE_MAX)
     return ends
 
 
@@ -35,13 +36,37 @@ def test_a_surface_that_moved_counts_again() -> None:
     assert scans(wall(2.0), wall(2.5)).times == pytest.approx(1.0, abs=1e-3)
 
 
-def test_beams_without_return_are_met_for_the_first_time() -> None:
+@pytest.mark.parametrize("step_deg", [0.5, 1.0, 2.0])
+def test_a_surface_is_the_same_to_a_laser_whose_beams_meet_it_elsewhere(step_deg: float) -> None:
+    """Every other scan uses the beams between those of the last one, and ranges have noise."""
+    ends, rng, count = NO_ENDS, np.random.default_rng(0), 20
+    for k in range(40):
+        angles = np.radians(60.0 + step_deg * (np.arange(count) + 0.5 * (k % 2)))
+        directions = np.column_stack([np.cos(angles), np.sin(angles)])
+        measured = 2.0 / np.sin(angles) + 0.015 * rng.standard_normal(count)
+        ends = follow(ends, np.zeros((count, 2)), directions, measured, 0.015**2, 0.0, RANGE_MAX)
+    assert np.median(ends.times) > 10.0
+    assert ends.times[[0, -1]].min() > 5.0  # also at both ends of what the laser sees
+
+
+@pytest.mark.parametrize("measured", [2.0, np.inf])
+def test_one_beam_that_reads_the_same_again_repeats_itself(measured: float) -> None:
+    ends = NO_ENDS
+    for _ in range(10):
+        ends = follow(
+            ends, ORIGINS[:1], DIRECTIONS[:1], np.array([measured]), VARIANCE, 0.0, RANGE_MAX
+        )
+    assert ends.times[0] > 7.0
+
+
+def test_beams_without_return_repeat_each_other_and_no_surface() -> None:
     empty = np.full(len(ANGLES), np.inf)
     ends = scans(wall(2.0), empty)
-    assert (ends.times == 1.0).all()
-    assert np.isnan(ends.points).all()
-    assert (fresh(ends) == 1.0).all()
-    assert (scans(empty, wall(2.0)).times == 1.0).all()
+    assert ends.times == pytest.approx(1.0, abs=1e-3)
+    assert not ends.returned.any()
+    assert fresh(ends) == pytest.approx(1.0, abs=1e-3)
+    assert scans(empty, empty, empty).times == pytest.approx(3.0, abs=0.2)
+    assert scans(empty, wall(2.0)).times == pytest.approx(1.0, abs=1e-3)
 
 
 def test_what_is_dense_counts_by_its_length() -> None:
@@ -50,7 +75,7 @@ def test_what_is_dense_counts_by_its_length() -> None:
     directions = np.column_stack([np.cos(angles), np.sin(angles)])
     origins = np.zeros_like(directions)
     near = 0.5 / np.cos(angles)
-    dense = fresh(follow(NO_ENDS, origins, directions, near, VARIANCE, 0.0)).sum()
+    dense = fresh(follow(NO_ENDS, origins, directions, near, VARIANCE, 0.0, RANGE_MAX)).sum()
     sparse = fresh(scans(wall(0.5))).sum()
     assert dense == pytest.approx(sparse, rel=0.05)
 
