@@ -233,17 +233,21 @@ def _of_hinges(estimator: Estimator) -> Iterator[str]:
         f"(x {x:+.2f} m, y {y:+.2f} m)"
         for name, (x, y) in estimator.hung_elsewhere.items()
     }
+    cure = (
+        " What stands in a doorway, or a leaf of another form, can look like that: see the report, "
+        "and let several drives tell (objstate building learn LOG... --building URDF)."
+    )
     if len(places) == 1:
         ((door, place),) = places.items()
         yield (
-            f"The hinge of door {door} was found {place}; its angle refers to a leaf there. "
-            "Correct its joint's origin."
+            f"The hinge of door {door} seems to be {place}; its angle refers to a leaf there."
+            + cure
         )
     elif places:
         told = "; ".join(f"{door} {place}" for door, place in places.items())
         yield (
-            f"The hinges of {len(places)} doors were found elsewhere: {told}. Their angles refer "
-            "to leaves there. Correct their joints' origins."
+            f"The hinges of {len(places)} doors seem to be elsewhere: {told}. Their angles refer to "
+            "leaves there." + cure
         )
 
 

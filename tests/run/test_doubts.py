@@ -86,7 +86,7 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     believed = estimator()
     believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
-    assert hung.startswith("The hinges of 4 doors were found elsewhere: 'door_0' 0.10 m east")
+    assert hung.startswith("The hinges of 4 doors seem to be elsewhere: 'door_0' 0.10 m east")
 
 
 def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
