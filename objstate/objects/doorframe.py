@@ -12,7 +12,7 @@ from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
 
-ASKEW_DEG = 0.5  # deviation of a closed leaf from the direction of its wall
+ASKEW_DEG = 0.3  # deviation of a closed leaf from the direction of its wall
 BENT_DEG = 0.1  # deviation of a straight wall's direction here from that of the whole
 MOST_DEG = 6.0  # between a modelled leaf and a wall, up to which the leaf closes along it
 ASIDE = 0.3  # m between a leaf and a face of its wall, at most

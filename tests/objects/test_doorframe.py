@@ -47,7 +47,7 @@ def test_a_leaf_that_is_askew_in_its_wall_is_modelled_wrongly_by_that(
     error = found(opening(replace(leaf, axis=up * leaf.axis)))
     assert error is not None
     assert error[0] == pytest.approx(-up * askew, abs=0.01)
-    assert error[1] == pytest.approx(0.5, abs=0.1)
+    assert error[1] == pytest.approx(0.35, abs=0.06)
 
 
 @settings(max_examples=20, deadline=None)
@@ -74,7 +74,7 @@ def test_short_walls_tell_less_than_long_ones() -> None:
     leaf = door("door", 0.0, 0.0)
     stds = [each[1] for length in (0.4, 1.0, 4.0) if (each := found(opening(leaf, length=length)))]
     assert stds == sorted(stds, reverse=True)
-    assert stds[0] > 1.5 * stds[2]
+    assert stds[0] > 2.0 * stds[2]
 
 
 @pytest.mark.parametrize(
