@@ -436,7 +436,7 @@ class DoorMixture:
             noise.range_max,
         )
         reached, before, then, kinds, log_evidence = self._conditioned(
-            beams, noise, shape, repeats.fresh(ends), weights
+            beams, noise, shape, repeats.counts(ends), weights
         )
         means, covariances = then
         if door.atoms:
@@ -478,7 +478,7 @@ class DoorMixture:
         beams: Beams,
         noise: Noise,
         shape: kernels.Shape,
-        fresh: FloatArray,
+        counts: FloatArray,
         weights: FloatArray,
     ) -> tuple[int, _Gaussians, _Gaussians, FloatArray, FloatArray]:
         """Number of beams reached, Gaussians before and after, kinds and evidence of components.
@@ -498,8 +498,20 @@ class DoorMixture:
         placements = self.door.placements
         if len(anew):
             placements = np.concatenate([placements, placements[anew]])
+        arrived = np.zeros(len(means), dtype=bool)
+        arrived[anew], arrived[len(weights) :] = True, True
         reached = kernels.condition(
-            beams, shape, noise, fresh, placements, shares, means, covariances, kinds, log_evidence
+            beams,
+            shape,
+            noise,
+            counts,
+            arrived,
+            placements,
+            shares,
+            means,
+            covariances,
+            kinds,
+            log_evidence,
         )
         if not len(anew):
             return int(reached), (before[0], before[1]), (means, covariances), kinds, log_evidence

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit, record
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.linear import ROOT_2, ROOT_TAU, solve
 from objstate.sensing.pieces import GRAZING, met
 
@@ -486,6 +486,7 @@ def _linearize(
     spread: FloatArray,
     kinds: FloatArray,
     fresh: FloatArray,
+    repeated: FloatArray,
     work: Work,
 ) -> Any:
     """Log-likelihood of a scan at errors (8,), and the number of beams that reach the object.
@@ -493,14 +494,14 @@ def _linearize(
     ``work`` takes its gradient and information, and ``kinds`` (2,) after the scan. The chain of
     unexpected things is summed over by the forward recursion. A beam contributes by the probability
     that it hit. Errors of a covariance ``spread`` (8, 8) are included in distinguishing hits from
-    others. Beams count by ``fresh`` (n,) in the likelihood; the last value is the share of the
-    information that is fresh.
+    others. Beams count by ``fresh`` (n,) in the likelihood. The last two values are the share of
+    the information that is fresh, and the log-likelihood in which beams count by ``repeated`` (n,).
     """
     placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
     _begin(kinds, work)
     total, reach, fared, cosine = 0.0, 0, (1.0, 0.0), 1.0
-    all_told, freshly = 0.0, 0.0
+    all_told, freshly, again = 0.0, 0.0, 0.0
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
@@ -518,7 +519,8 @@ def _linearize(
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
         _tell_kinds(work, density, noise.independence)
-        total += fresh[i] * math.log(density)
+        log = math.log(density)
+        total, again = total + fresh[i] * log, again + repeated[i] * log
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter
             all_told, freshly = all_told + weight, freshly + fresh[i] * weight
@@ -530,7 +532,7 @@ def _linearize(
         for b in range(a):
             information[b, a] = information[a, b]
     share = freshly / all_told if all_told > 0.0 else 1.0
-    return noise.independence * total, reach, placed, share
+    return noise.independence * total, reach, placed, share, noise.independence * again
 
 
 @_inner
@@ -664,13 +666,14 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f1 f2 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f2 b1 f2 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
     shape: Shape,
     noise: Noise,
-    fresh: FloatArray,
+    counts: FloatArray,
+    arrived: BoolArray,
     placements: FloatArray,
     weights: FloatArray,
     means: FloatArray,
@@ -686,6 +689,10 @@ def condition(
     impossible stay as they are, and those of 0 are left out. ``kinds`` (c, 2) are the probabilities
     of a handle and of glass. Returned is the largest number of beams that reach the object in a
     component.
+
+    The beams count by the first row of ``counts`` (2, n). In components that the object just
+    ``arrived`` in (c,), they also count by the second, relative to the heaviest component: readings
+    that repeat earlier ones speak against a movement.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -714,6 +721,8 @@ def condition(
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     _set_densities(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
+    expected, is_first = 0.0, True  # log-likelihood of what is repeated, in the heaviest component
+    every = counts[0] + counts[1]
     for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
@@ -724,16 +733,29 @@ def condition(
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         work.flanked[:] = 0
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
-        share = 1.0
+        share, again = 1.0, 0.0
+        fresh = every if arrived[c] else counts[0]
         log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):
             if look == looks:  # the evidence is computed without these errors
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
-            total, reach, placed, share = _linearize(
-                beams, shape, noise, placements[c], x, prior, spread, kinds[c], fresh, work
+            total, reach, placed, share, again = _linearize(
+                beams,
+                shape,
+                noise,
+                placements[c],
+                x,
+                prior,
+                spread,
+                kinds[c],
+                fresh,
+                counts[1],
+                work,
             )
+            expected = again if is_first else expected
+            total -= expected if arrived[c] else 0.0
             now, unrefined = log_weight + total, total if look == 0 else unrefined
             hopeless = (look == 0 and now < first - HOPELESS) or (
                 look == looks and now < likeliest - HOPELESS
@@ -746,6 +768,7 @@ def condition(
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
+        is_first = False
         first = max(first, log_weight + unrefined)
         most = max(most, reach)
         log_evidence[c] = total

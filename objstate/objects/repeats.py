@@ -39,11 +39,12 @@ class Ends(NamedTuple):
 NO_ENDS = Ends(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0, dtype=bool))
 
 
-def fresh(ends: Ends) -> FloatArray:
-    """(n,) share of a beam that counts."""
-    shares = np.empty(len(ends.times))
-    share(ends.points, ends.times, ends.returned, shares)
-    return shares
+def counts(ends: Ends) -> FloatArray:
+    """(2, n) by how much a beam counts: as a new reading, and as one that repeats earlier ones."""
+    out = np.empty((2, len(ends.times)))
+    share(ends.points, ends.times, ends.returned, out[0])
+    out[1] = (ends.times - 1.0) * out[0]
+    return out
 
 
 def follow(

@@ -132,6 +132,22 @@ def test_a_door_that_is_closed_is_told_from_one_that_is_ajar() -> None:
     assert ajar.weights[first] < 0.05
 
 
+@pytest.mark.parametrize("pose", [(-1.5, -0.3, 0.15), (3.0, -0.4, 3.0)], ids=["hinge", "edge"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_robot_that_drives_away_goes_on_believing_that_a_door_is_ajar(
+    pose: tuple[float, float, float], seed: int
+) -> None:
+    """Few beams meet the leaf from afar, and what they meet hasn't changed."""
+    rng, mixture, latched = np.random.default_rng(seed), None, 0.0
+    angle = math.radians(2.5)
+    for _ in range(20):
+        mixture = after([read(angle, rng=rng)], mixture)
+    for _ in range(40):
+        mixture = after([read(angle, rng=rng, pose=np.array(pose))], mixture)
+        latched = max(latched, float(mixture.weights[doorway().cells]))
+    assert latched < 0.01
+
+
 def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> None:
     angle, off, rng = math.radians(35.0), np.array([0.02, -0.03]), np.random.default_rng(0)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))

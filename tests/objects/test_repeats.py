@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from objstate.objects.repeats import NO_ENDS, Ends, follow, fresh
+from objstate.objects.repeats import NO_ENDS, Ends, counts, follow
+
+
+def fresh(ends: Ends) -> np.ndarray:
+    return counts(ends)[0]
+
 
 ANGLES = np.linspace(-0.5, 0.5, 61)
 DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
