@@ -9,7 +9,7 @@ from objstate.geometry import FloatArray
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
 
 
-def check(record: object, driven_ns: int) -> None:
+def check(record: object, driven_ns: int | None) -> None:
     """Refuse a record that would spoil the beliefs, where the odometry was read until ``driven_ns``.
 
     Raises LogError for numbers that are none and for odometry out of time order, TypeError for
@@ -20,7 +20,7 @@ def check(record: object, driven_ns: int) -> None:
             _check_scan(record)
         case Odometry():
             _check(record, record.pose, (3,), "pose")
-            if record.stamp_ns < driven_ns:
+            if driven_ns is not None and record.stamp_ns < driven_ns:
                 raise LogError(
                     f"An odometry reading of {record.stamp_ns} ns came after one of {driven_ns} ns; "
                     "feed records in time order, as open_log gives them."

@@ -57,7 +57,8 @@ class Robot:
         )
         self.odometry: FloatArray | None = None  # (3,) the last reading
         self.odometry_error = OdometryError(settings.odometry_error)  # as learnt so far
-        self._driven_m, self.driven_ns = 0.0, 0  # until the last reading
+        self.driven_ns: int | None = None  # until the last reading
+        self._driven_m = 0.0  # likewise
         self._corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
         self._localizer = Localizer(settings.localization)
         self._filter: PoseFilter | None = None  # while the pose is known to centimetres
@@ -144,7 +145,7 @@ class Robot:
 
     def drive(self, pose: FloatArray, stamp_ns: int) -> None:
         """p(l) <- integral of p(l | a, l') p(l'), for an odometry reading a, the ``pose`` (3,)."""
-        if self.odometry is not None:
+        if self.odometry is not None and self.driven_ns is not None:
             step = between(self.odometry, pose)
             self._driven_m += math.hypot(step[0], step[1])
             self._predict(step, (stamp_ns - self.driven_ns) / NANOSECONDS)

@@ -368,6 +368,14 @@ def test_a_record_that_cannot_be_used_is_refused_and_changes_nothing(said: str) 
     assert fed(spared, records[half:]) == fed(whole, records[half:])
 
 
+def test_odometry_may_begin_before_the_zero_of_its_clock() -> None:
+    """As where what a simulation sends at 0 gets its recording time on the simulation's clock."""
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    assert estimator.feed(Odometry(-(10**8), np.zeros(3))) == []
+    with pytest.raises(LogError, match="-200000000 ns came after one of -100000000 ns"):
+        estimator.feed(Odometry(-2 * 10**8, np.zeros(3)))
+
+
 def test_what_is_no_record_is_refused() -> None:
     records: Any = short_drive().records
     for other in (records, None, truth()):
