@@ -502,6 +502,9 @@ def _log_bearing(mixture: DoorMixture) -> FloatArray:
     likelihood = np.full(len(BEARINGS), float(weights[:cells].sum()))
     for k in range(cells, len(weights)):  # the limits
         mean, variance = mixture.means[k, ZERO], mixture.covariances[k, ZERO, ZERO]
+        if variance >= before:  # by cells with different means; its ratio would grow without end
+            likelihood += weights[k]
+            continue
         after = _log_normal(BEARINGS - mean, variance + step)
         likelihood += weights[k] * np.exp(after - _log_normal(BEARINGS - error, before + step))
     log = np.log(np.maximum(likelihood, 1e-300))

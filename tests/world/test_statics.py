@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from objstate.config import BuildingErrorSettings, DoorErrorSettings, DoorSettings
 from objstate.objects.doorframe import BearingReading
 from objstate.objects.mixture import DoorMixture, Doorway, Statics
+from objstate.objects.mixture_kernels import ZERO
 from objstate.world.statics import BEARINGS, DoorEvidence, agreed, combined, contradicting
 from tests.rooms import door as door_of
 
@@ -78,6 +79,16 @@ def test_what_the_walls_tell_isnt_evidence_of_a_drive() -> None:
     unseen = DoorMixture.unknown(way, Statics(0.03**2, np.radians(3.0) ** 2))
     told = DoorEvidence.of(unseen).bearing
     assert np.ptp(told) < 1e-6
+
+
+def test_a_limit_that_is_known_less_surely_than_before_tells_no_bearing() -> None:
+    """Limits get their Gaussians from cells, which may differ more than the walls let expect."""
+    reading = BearingReading(0.0, np.radians(0.5) ** 2)
+    way = Doorway(door_of("door", 0.0, 0.0), DoorSettings(), ERROR, reading)
+    mixture = DoorMixture.unknown(way, Statics(0.03**2, np.radians(3.0) ** 2))
+    mixture.means[way.cells, ZERO] = np.radians(0.5)
+    mixture.covariances[way.cells, ZERO, ZERO] *= 1.2**2
+    assert np.ptp(DoorEvidence.of(mixture).bearing) < 1e-6
 
 
 def test_what_was_learnt_before_is_the_prior() -> None:
