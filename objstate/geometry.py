@@ -18,6 +18,7 @@ IntArray = NDArray[np.int64]
 
 TURN = 2.0 * math.pi  # rad
 WHOLE_TURN = 6.29  # rad, with room for rounding; a larger angle was probably meant in degrees
+ROUNDING = 1e-6  # relative to the largest variance; a smaller negative one is a rounding error
 
 
 def wrap(angle: ArrayLike) -> FloatArray:
@@ -77,6 +78,12 @@ def square_root(covariance: FloatArray) -> FloatArray:
     """A matrix ``root`` (d, d) with ``root @ root.T == covariance``, which may be singular."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def is_covariance(matrix: FloatArray) -> bool:
+    """Whether a finite matrix (d, d) is positive semidefinite, up to rounding errors."""
+    variances = np.linalg.eigvalsh(0.5 * (matrix + matrix.T))
+    return bool(variances[0] >= -ROUNDING * max(variances[-1], 0.0))
 
 
 def whitened(points: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.errors import LogError
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, is_covariance
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
 
 
@@ -29,9 +29,19 @@ def check(record: object, driven_ns: int | None) -> None:
             _check(record, record.mean, (3,), "mean")
             if record.covariance is not None:  # else it isn't known
                 _check(record, record.covariance, (3, 3), "covariance")
+                if not is_covariance(record.covariance):
+                    raise LogError(
+                        f"The covariance of the {type(record).__name__} of {record.stamp_ns} ns is "
+                        "not positive semidefinite; give None where it isn't known."
+                    )
         case RobotBelief():
             _check(record, record.poses, (len(record.weights), 3), "poses")
             _check(record, record.weights, (len(record.poses),), "weights")
+            if (record.weights < 0.0).any() or not record.weights.any():
+                raise LogError(
+                    f"The weights of the RobotBelief of {record.stamp_ns} ns are below zero, or all "
+                    "zero; give samples that are possible."
+                )
         case _:
             raise TypeError(
                 f"{type(record).__name__} is no record; feed the Odometry, Scan and InitialPose "
@@ -70,4 +80,6 @@ def _check(
 
 
 def _is_array(values: object, shape: tuple[int, ...]) -> bool:
-    return isinstance(values, np.ndarray) and values.shape == shape
+    if not isinstance(values, np.ndarray):
+        return False
+    return values.dtype.kind in "iuf" and values.shape == shape

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, is_covariance
 from objstate.logs.frames import frame_name
 from objstate.logs.notices import Notices
 from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
@@ -16,8 +16,6 @@ MAP = "map"
 
 # rows and columns of x, y and yaw in ROS's covariance over x, y, z, roll, pitch, yaw
 PLANE = np.ix_([0, 1, 5], [0, 1, 5])
-
-ROUNDING = 1e-6  # relative to the largest variance; a smaller negative one is a rounding error
 
 
 def plane_pose(pose: Any) -> tuple[float, float, float]:
@@ -76,7 +74,6 @@ def _gaussian(message: Any) -> tuple[FloatArray, FloatArray | None]:
     covariance = np.asarray(message.pose.covariance, dtype=float).reshape(6, 6)[PLANE]
     if not np.isfinite(covariance).all():
         raise ValueError("its covariance is not finite")
-    variances = np.linalg.eigvalsh(0.5 * (covariance + covariance.T))
-    if variances[0] < -ROUNDING * max(variances[2], 0.0):
+    if not is_covariance(covariance):
         raise ValueError("its covariance is not positive semidefinite")
     return mean, covariance if covariance.diagonal().all() else None

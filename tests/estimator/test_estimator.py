@@ -351,7 +351,13 @@ def unusable(last: Scan) -> dict[str, Any]:
         "odometry of the Scan": replace(last, stamp_ns=then, odometry=three * np.nan),
         "mean of the InitialPose": InitialPose(then, three + np.inf, TOLD),
         "covariance of the Gaussian": GaussianRobotBelief(then, three, np.eye(6)),
+        "not positive semidefinite": InitialPose(then, three, -np.eye(3)),
         "poses of the RobotBelief": RobotBelief(then, np.zeros((4, 3)), np.full(5, 0.2)),
+        "weights of the RobotBelief of .* below zero": RobotBelief(
+            then, np.zeros((3, 3)), np.array([1.0, 1.0, -1.0])
+        ),
+        "weights of the RobotBelief of .* all zero": RobotBelief(then, np.zeros((0, 3)), three[:0]),
+        "must be a finite array": Odometry(then, three.astype(object)),
     }
 
 
