@@ -116,10 +116,10 @@ def meet(
                     seen = end + 2.0 * min(part, 1.0 - part) * (between[k - 1] - end)
             elif along > 0.0 and abs(across) < aside:  # beyond both ends of the scan
                 nearest = abs(away - along) if came[i] or returned[k] else 0.0
-                aside, distance, bent = abs(across), along, abs(across)
-                seen = times[k] * math.exp(-aside / LENGTH)
+                aside, distance, bent, seen = abs(across), along, abs(across), times[k]
             before, along_before = across, along
         if seen > 0.0:
+            seen *= math.exp(-aside / LENGTH)
             spread = SHIFT * SHIFT + BENT * BENT * bent * bent
             spread += 2.0 * (variance + growth * distance * distance)
             same = math.exp(-0.5 * nearest * nearest / spread) / (ROOT_TAU * math.sqrt(spread))
