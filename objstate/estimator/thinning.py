@@ -17,6 +17,7 @@ from objstate.lazy import altered
 from objstate.records import NANOSECONDS, Rays, Scan
 
 ROUNDING = 1e-3  # relative difference of spacings that are meant to be equal
+NEVER_NS = -(2**63)  # before all stamps
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class _Laser:
 
     combs: _Combs  # for its last rays, which its scans often share
     taken: int = 0
-    next_ns: int = 0  # earliest stamp of the next scan to be used
+    next_ns: int = NEVER_NS  # earliest stamp of the next scan to be used
 
 
 class Thinning:
@@ -52,7 +53,7 @@ class Thinning:
     def __init__(self, settings: ScanSettings) -> None:
         self._settings = settings
         self._lasers: dict[str, _Laser] = {}
-        self.now_ns = 0  # of the last scan
+        self.now_ns = NEVER_NS  # of the last scan
 
     def __call__(self, scan: Scan) -> Scan | None:
         """The part of a scan to use; None for one that is invalid or too soon after the last one.

@@ -378,8 +378,11 @@ def test_odometry_may_begin_before_the_zero_of_its_clock() -> None:
     """As where what a simulation sends at 0 gets its recording time on the simulation's clock."""
     estimator = Estimator(CORRIDOR, initial_pose=START)
     assert estimator.feed(Odometry(-(10**8), np.zeros(3))) == []
-    with pytest.raises(LogError, match="-200000000 ns came after one of -100000000 ns"):
-        estimator.feed(Odometry(-2 * 10**8, np.zeros(3)))
+    scan = scan_of(np.ones(9), fan(9), -(10**8), odometry=np.zeros(3))
+    assert {row.stamp_ns for row in estimator.feed(scan)} <= {-(10**8)}
+    for late in (Odometry(-2 * 10**8, np.zeros(3)), replace(scan, stamp_ns=-2 * 10**8)):
+        with pytest.raises(LogError, match="-200000000 ns came after one of -100000000 ns"):
+            estimator.feed(late)
 
 
 def test_what_is_no_record_is_refused() -> None:
