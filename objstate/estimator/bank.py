@@ -154,11 +154,12 @@ class Bank(Generic[Kept]):
         return self.p_localized < HALF
 
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
-        """(from, to) ns of each interval in which the robot was probably lost, up to now."""
-        return (
-            *self._past,
-            *([] if self.lost_since_ns is None else [(self.lost_since_ns, now_ns)]),
-        )
+        """(from, to) ns of each interval in which the robot was probably lost, up to now.
+
+        One that began later, with a start that was told since, has no length yet.
+        """
+        since_ns = self.lost_since_ns
+        return (*self._past, *([] if since_ns is None else [(since_ns, max(since_ns, now_ns))]))
 
     @property
     def probabilities(self) -> tuple[float, ...]:

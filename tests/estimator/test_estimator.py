@@ -480,6 +480,16 @@ def test_a_robot_of_an_uncertain_start_is_lost_from_that_start_on_and_not_from_1
     assert not estimator.is_lost
 
 
+def test_a_robot_that_is_told_an_uncertain_start_after_its_last_scan_is_lost_for_no_time() -> None:
+    records = short_drive().records
+    for before in ([], records):
+        estimator = Estimator(CORRIDOR)
+        fed(estimator, before)
+        told_ns = max(record.stamp_ns for record in records) + 10**9
+        estimator.feed(InitialPose(told_ns, START, np.diag([1.0, 1.0, 0.1])))
+        assert estimator.lost == ((told_ns, told_ns),)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: int) -> None:
     sides = [(0.0, -3.0), (10.0, -3.0), (10.0, 2.0), (6.0, 3.0), (0.0, 3.0)]
