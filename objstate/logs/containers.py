@@ -16,7 +16,7 @@ from objstate.logs.decompression import ZSTD_MAGIC
 from objstate.logs.definitions import MessageType
 from objstate.logs.mcap import MAGIC as MCAP_MAGIC
 from objstate.logs.mcap import McapFile
-from objstate.logs.messages import Container, Message
+from objstate.logs.messages import Container, Message, OtherEncodingsError
 from objstate.logs.notices import Notices
 from objstate.logs.rosbag1 import MAGIC as ROSBAG1_MAGIC
 from objstate.logs.rosbag1 import Rosbag1File
@@ -80,11 +80,22 @@ class Messages:
         return done / max(sum(self._sizes), 1)
 
     def topics(self) -> Mapping[str, MessageType]:
-        """Message types by topic."""
+        """Message types by topic.
+
+        Raises LogError where no part holds ROS messages, and one says why.
+        """
+        found: dict[str, MessageType] = {}
+        others: OtherEncodingsError | None = None
+        for part in self._parts:
+            try:
+                found |= part.topics()
+            except OtherEncodingsError as error:
+                others = error
+        if others is not None and not found:
+            raise others
         return {
             topic: message_type
-            for part in self._parts
-            for topic, message_type in part.topics().items()
+            for topic, message_type in found.items()
             if self._chosen is None or topic in self._chosen
         }
 

@@ -13,10 +13,9 @@ from os import SEEK_CUR
 from pathlib import Path
 from typing import BinaryIO
 
-from objstate.errors import LogError
 from objstate.logs.decompression import decompress, unpack_message
 from objstate.logs.definitions import CDR, IDL, MSG, ROS1, MessageType
-from objstate.logs.messages import Message
+from objstate.logs.messages import Message, OtherEncodingsError
 from objstate.logs.notices import Notices
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -60,7 +59,7 @@ class McapFile:
     def topics(self) -> Mapping[str, MessageType]:
         """Message types by topic: from the summary, else by reading the file through.
 
-        Raises LogError where it has channels, and none of them with ROS messages.
+        Raises OtherEncodingsError where it has channels, and none of them with ROS messages.
         """
         self._learn_from_summary()
         if not self._channels:
@@ -70,7 +69,7 @@ class McapFile:
             self._channels |= silent._channels
             self._left_out |= silent._left_out
         if self._left_out and not self._channels:
-            raise LogError(
+            raise OtherEncodingsError(
                 f"{self.path} holds no ROS messages: its channels are encoded as "
                 f"{', '.join(sorted(self._left_out))}; record or convert them as {CDR} or {ROS1}."
             )

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple, Protocol
 
+from objstate.errors import LogError
 from objstate.logs.definitions import MessageType
+
+
+class OtherEncodingsError(LogError):
+    """A file holds channels, and none of them ROS messages."""
 
 
 class Message(NamedTuple):

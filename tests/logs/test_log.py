@@ -146,6 +146,13 @@ def test_a_log_of_other_encodings_is_refused_with_their_names(drive, tmp_path) -
             read_log(path)
 
 
+def test_a_part_of_other_encodings_is_skipped_beside_one_of_messages(new_drive, tmp_path) -> None:
+    log = new_drive().straight().mcap(tmp_path / "log.mcap")
+    other = new_drive().mcap(tmp_path / "other.mcap", extra_json=True)
+    assert len(list(open_log([other, log]))) == len(list(open_log(log)))
+    assert inspect_log([log, other]).topics == inspect_log(log).topics
+
+
 def test_a_log_whose_scans_are_all_useless_is_an_error(drive, tmp_path) -> None:
     drive.scan(0, frame="base_link").odometry(5)
     with pytest.raises(LogError, match="before any odometry"):
