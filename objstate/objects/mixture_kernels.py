@@ -606,6 +606,7 @@ def _see_edges(
     covariance: FloatArray,
     placed: Any,
     step: FloatArray,
+    counts: FloatArray,
     work: Work,
 ) -> None:
     """Update by the side of the corners on which beams passed: assumed density filtering.
@@ -613,12 +614,14 @@ def _see_edges(
     Beam by beam. A flanked corner isn't seen: what beams show is where an opening ends, at a frame
     whose place the model doesn't know and all scans share. Shares and corners are those at the
     errors ``x`` (8,). Given the margin by which a beam meets the object, it does so with the
-    probability of a normal distribution function as wide as the beam.
+    probability of a normal distribution function as wide as the beam. What repeats counts by one
+    over its number, the first row of ``counts`` (2, n) over their sum.
     """
     row = work.row
     for i in range(work.share.shape[0]):
         if not LEAST_SHARE < work.share[i] < 1.0 - LEAST_SHARE:
             continue
+        counted = independence * counts[0, i] / max(counts[0, i] + counts[1, i], LEAST_SHARE)
         for side in range(2):
             corner, sign = work.ends[i, side], 1.0 - 2.0 * side
             if corner < 0 or work.flanked[corner] == 1:
@@ -642,8 +645,8 @@ def _see_edges(
             share = 0.5 * math.erfc(-off / ROOT_2)
             density = max(1.0 + work.odds[i] * (share - work.share[i]), LEAST_SHARE)
             slope = work.odds[i] * math.exp(-0.5 * off * off) / (ROOT_TAU * std * density)
-            bend = independence * max(slope * (slope + off / std), 0.0)
-            slope *= independence * sign
+            bend = counted * max(slope * (slope + off / std), 0.0)
+            slope *= counted * sign
             for a in range(ERRORS):
                 mean[a] += slope * step[a]
                 for b in range(ERRORS):
@@ -777,7 +780,7 @@ def condition(
         log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, share, work)
         kinds[c, HANDLE], kinds[c, GLASS] = work.kinds[HANDLE], work.kinds[GLASS]
         likeliest = max(likeliest, log_weight + log_evidence[c])
-        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, work)
+        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, counts, work)
     return most
 
 

@@ -148,6 +148,22 @@ def test_a_robot_that_drives_away_goes_on_believing_that_a_door_is_ajar(
     assert latched < 0.01
 
 
+@pytest.mark.parametrize(
+    ("pose", "angle"), [((0.2, -1.5, 1.2), 0.0), ((0.2, -2.0, 1.3), 0.0), ((1.0, -1.2, 1.8), 60.0)]
+)
+def test_the_beams_beside_an_edge_tell_once_where_it_is(
+    pose: tuple[float, float, float], angle: float
+) -> None:
+    """A robot that stands sees the edge between the same two beams in each scan."""
+    mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, STATICS.bearing))
+    rng, still = np.random.default_rng(0), (np.eye(3), np.zeros((3, 3)))
+    for _ in range(60):
+        beams = read(math.radians(angle), rng=rng, pose=np.array(pose))
+        mixture, _ = mixture.later(0.1, *still).given(LASER, beams, noise(), shape(leaf()))
+    offset, covariance = mixture.hinge
+    assert offset @ np.linalg.solve(covariance, offset) < 9.2  # 99 % of chi squared, 2 degrees
+
+
 def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> None:
     angle, off, rng = math.radians(35.0), np.array([0.02, -0.03]), np.random.default_rng(0)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
