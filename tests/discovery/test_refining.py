@@ -150,7 +150,7 @@ def test_rails_are_found_across_and_where_doors_were_at_a_limit_along(tmp_path: 
         assert abs(missing[1]) < 0.003
         assert across < 0.004
         assert abs(missing[0]) < 2.0 * along
-        assert (along < 0.01) == (door.name == "often")
+        assert (along < 0.012) == (door.name == "often")
 
 
 def test_furniture_that_never_moves_is_put_where_it_stands(run: Run, tmp_path: Path) -> None:
@@ -200,7 +200,7 @@ def test_it_goes_on_from_what_it_knows(
         # drives that saw a leaf at few angles tell where it is, and less of its hinge
         assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=one["hinge_std_m"])
         closed = [np.add(each["hinge_m"], each["leaf_m"]) for each in (one, other)]
-        assert closed[0] == pytest.approx(closed[1], abs=0.002)
+        assert closed[0] == pytest.approx(closed[1], abs=0.003)
         assert one["bearing_deg"] == pytest.approx(
             other["bearing_deg"], abs=0.5 * one["bearing_std_deg"]
         )
