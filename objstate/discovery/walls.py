@@ -78,19 +78,23 @@ class WallLine:
         return np.asarray(self.start + place * self.along)
 
     def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
-        """Whether something straight is a piece of a wall, which goes on or is broken by openings."""
+        """Whether something straight is a piece of a wall, which goes on or is broken by openings.
+
+        It lies where readings of the wall do. What shows there may be itself: the wall is beside it.
+        """
         along = np.array([np.cos(bearing), np.sin(bearing)])
         off = start + length / 2.0 * along - self.start
         place = float(off @ self.along)
-        if abs(along @ self.normal) > PARALLEL or abs(off @ self.normal) > 2.0 * SAME_LINE:
+        is_on = abs(along @ self.normal) < PARALLEL and abs(off @ self.normal) < BESIDE
+        if not is_on or not 0.0 < place < self.length:
             return False
-        reach = length / 2.0 + WIDEST
-        about = np.clip(np.reshape(self.solid, (-1, 2)), place - reach, place + reach)
-        whole = sum(end - begin for begin, end in self.solid if begin < place < end)
-        return bool(
-            0.0 < place < self.length
-            and (whole >= LONGER * length or np.diff(about).sum() >= BROKEN * length)
-        )
+        low, high = place - length / 2.0, place + length / 2.0
+        solid = np.reshape(self.solid, (-1, 2))
+        goes_on = solid[(solid[:, 0] < place) & (solid[:, 1] > place)]
+        whole = np.clip([low - goes_on[:, 0], goes_on[:, 1] - high], 0.0, None).sum()
+        beside = np.clip(solid, low - WIDEST, low), np.clip(solid, high, high + WIDEST)
+        pieces = np.diff(np.concatenate(beside)).sum()
+        return bool(whole >= (LONGER - 1.0) * length or pieces >= (BROKEN - 1.0) * length)
 
 
 @dataclass(frozen=True, eq=False)

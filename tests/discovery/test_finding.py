@@ -233,6 +233,23 @@ def test_a_leaf_in_line_with_other_things_is_no_piece_of_a_wall(
     assert line.holds(np.array([0.05, 0.01]), 0.0, 0.9) == is_wall
 
 
+@pytest.mark.parametrize(("aside", "is_wall"), [(0.03, True), (0.12, False), (-0.13, False)])
+def test_a_leaf_before_a_wall_is_no_piece_of_it(aside: float, is_wall: bool) -> None:
+    line = WallLine(np.zeros(2), np.array([1.0, 0.0]), 4.0, ((0.0, 0.9), (1.4, 3.8)))
+    assert line.holds(np.array([0.05, aside]), np.radians(3.0), 0.8) == is_wall
+
+
+@given(st.floats(0.6, 1.2))
+def test_what_shows_a_leaf_does_not_show_that_it_is_a_wall(length: float) -> None:
+    wall = (1.5, 1.5 + 1.9 * length)
+    alone, with_its_own = (
+        WallLine(np.zeros(2), np.array([1.0, 0.0]), 6.0, solid)
+        for solid in ((wall,), ((0.0, length), wall))
+    )
+    assert not alone.holds(np.zeros(2), 0.0, length)
+    assert not with_its_own.holds(np.zeros(2), 0.0, length)
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.5, 1.4), st.floats(-0.02, 0.02), st.integers(0, 1000))
 def test_jambs_are_where_beams_begin_to_pass(width: float, off: float, seed: int) -> None:
