@@ -174,12 +174,14 @@ class Backgrounds:
         shown = []
         for leaf in leaves:
             turn = behind.turn_in_map(leaf)
-            if turn is not None:
-                opening = self.place.openings[leaf.about]
-                bearing = opening.jamb(leaf.from_end)[1]
-                turn += float(wrap(leaf.bearing - bearing))
-                hung = leaf.hinge, turn, leaf.width
-                shown.append(_as_drawn(self.shown.cells, opening, leaf.from_end, leaf.share, hung))
+            if turn is None or self.place.is_wall(
+                np.array([*leaf.hinge, leaf.bearing + turn, leaf.width])
+            ):
+                continue
+            opening = self.place.openings[leaf.about]
+            bearing = opening.jamb(leaf.from_end)[1]
+            hung = leaf.hinge, turn + float(wrap(leaf.bearing - bearing)), leaf.width
+            shown.append(_as_drawn(self.shown.cells, opening, leaf.from_end, leaf.share, hung))
         return self.without(leaves[0].about, shown) if shown else None
 
 

@@ -549,6 +549,24 @@ def test_the_side_of_a_recess_is_no_leaf_that_stands_open(is_recess: bool) -> No
     assert found == (set() if is_recess else {False})
 
 
+@pytest.mark.parametrize("is_wall", [False, True])
+def test_what_lies_where_a_leaf_is_found_is_no_leaf_if_it_is_a_piece_of_a_wall(
+    is_wall: bool,
+) -> None:
+    plan = drawn(np.arange(0.0, 6.0, 0.02)[~np.isin(np.arange(300), np.arange(100, 145))])
+    plan.occupied[20:37, 40] = True  # as long as a leaf, from the jamb on
+    place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
+    place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
+    place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
+    shown = Shown.about(place, plan)
+    about = Backgrounds.of(place, shown, np.zeros(4))
+    wall = WallLine(np.array([2.02, 1.0]), np.array([0.0, 1.0]), 5.0, ((0.0, 5.0),))
+    about = replace(about, place=replace(place, walls=[wall] if is_wall else []))
+    ((number, its),) = ((n, each) for n, each in shown.proposed(place) if not each.from_end)
+    again = about.redrawn([its], about.cleared[0][number])
+    assert (again is None) == is_wall
+
+
 @pytest.mark.parametrize("turn", [0.0, 90.0])
 def test_what_fills_an_opening_beside_an_open_leaf_is_no_leaf(turn: float) -> None:
     """A leaf that was closed when the map was made is what fills it."""
