@@ -21,7 +21,7 @@ from objstate.discovery.gathering import Beams
 from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import turned
-from objstate.discovery.walls import distinct, openings, wall_lines
+from objstate.discovery.walls import Opening, distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
@@ -64,11 +64,12 @@ def find_doors(
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
     places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
-    found, waiting = list[Candidate](), dict[int, Weighed]()
+    found, accepted, waiting = list[Candidate](), list[Candidate](), dict[int, Weighed]()
 
     def weigh(number: int) -> None:
         waiting.pop(number, None)
-        every = [unexplained(each, beams, left) for each in places[number]]
+        free = (each for each in places[number] if not any(_closes(e.door, each) for e in accepted))
+        every = [unexplained(each, beams, left) for each in free]
         still = [each for each in every if each.p_wall >= LEAST]
         if not still:
             return
@@ -87,9 +88,11 @@ def find_doors(
             weigh(number)  # without what has been explained since
             continue
         place, best, _ = waiting.pop(number)
-        found += [_candidate(best, each) for each in best.leaves]
+        doors = [_candidate(best, each) for each in best.leaves]
+        found += doors
         if best.probability < PROBABLE:
             continue
+        accepted += doors
         plan = _explained_away(place, best, plan, beams, left)
         for other, each in waiting.items():
             if each.place.is_near(place):
@@ -146,6 +149,12 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
         angles=tuple(angles.tolist()),
         log_odds=explained.log_odds,
     )
+
+
+def _closes(door: Door, opening: Opening) -> bool:
+    """Whether a leaf closes an opening, which then holds no other."""
+    away = closing_distance(door.middle, door.width, opening.middle, opening.width)
+    return bool(away < 1.0)
 
 
 def _apart(found: Sequence[Candidate]) -> list[Candidate]:

@@ -14,10 +14,12 @@ from benchmarks import floors
 from benchmarks.finding import Tally, closed, compare
 from benchmarks.floors import Floor, make_drives
 from objstate.building.door_table import SLIDES, Door
+from objstate.building.from_map import building_of_map
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
-from objstate.discovery import learn_doors
+from objstate.discovery import candidates, learn_doors
 from objstate.discovery.doorway import Cells, Doorway, background, doorway, ended_on
+from objstate.discovery.explaining import Explained
 from objstate.discovery.gathering import Beams
 from objstate.discovery.lattice import SLIDS, SWINGS, Lattice, Rests, chained
 from objstate.discovery.modes import Refined
@@ -637,3 +639,32 @@ def test_no_leaf_hangs_before_its_wall(sense: int) -> None:
     )
     assert np.isfinite(inside)
     assert before == -np.inf
+
+
+def test_an_opening_that_an_accepted_leaf_closes_holds_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Even where what is left of its readings tells more of another leaf than they told before."""
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 4.0)])
+    whole = Opening(np.array([2.0, 1.025]), np.array([4.0, 1.025]))
+    half = Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))
+    told = {2.0: [4.0], 0.9: [1.0, 9.0]}  # log odds, in turn
+
+    def explained(place: Doorway, plan: OccupancyMap) -> Explained:
+        width = round(place.openings[0].width, 1)
+        leaves = tuple(
+            Refined(each, Behind(np.empty(0), np.empty(0)), np.eye(4), 0.0, np.zeros(1), 0.0)
+            for each in (
+                Leaf(np.array([2.0, 1.025]), 0.0, 1, 1.0, 0, False, 0.5),
+                Leaf(np.array([4.0, 1.025]), np.pi, -1, 1.0, 0, True, 0.5),
+            )[: 2 if width > 1.5 else 1]
+        )
+        log_odds = told[width].pop(0)
+        return Explained(leaves, 1.0, 1.0 / (1.0 + np.exp(-log_odds)), log_odds, 0.0)
+
+    monkeypatch.setattr(candidates, "explain", explained)
+    monkeypatch.setattr(candidates, "openings", lambda *_: [whole, half])
+    seen = beams(np.array([[2.5, 1.5], [3.5, 1.5]]), np.array([3.0, 0.0]))
+    found = candidates.find_doors(plan, building_of_map(plan), seen, BeamModelSettings())
+    assert [round(each.log_odds) for each in found] == [4, 4]
