@@ -15,19 +15,26 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery.detours import with_ways_around
-from objstate.discovery.doorway import Doorway, doorway, ended_on, together, unexplained
+from objstate.discovery.doorway import (
+    Doorway,
+    beside,
+    doorway,
+    ended_on,
+    together,
+    unexplained,
+)
 from objstate.discovery.explaining import Explained, explain
 from objstate.discovery.gathering import Beams
 from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
-from objstate.discovery.scoring import turned
-from objstate.discovery.walls import Opening, distinct, openings, wall_lines
+from objstate.discovery.scoring import WAY, turned
+from objstate.discovery.walls import LONGER, Opening, distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
-SWING = math.radians(5.0)  # by which a door opens wider than it was seen
-LEAST_LIMIT = math.radians(95.0)  # that doors open at least, where none was seen wider
+SWING = math.radians(5.0)  # by which a door opens wider than it was seen, at least
+SPACED = 0.05  # m between points of walls at which leaves stop
 
 Progress = Callable[[float], None]  # share done
 
@@ -88,7 +95,7 @@ def find_doors(
             weigh(number)  # without what has been explained since
             continue
         place, best, _ = waiting.pop(number)
-        doors = [_candidate(best, each) for each in best.leaves]
+        doors = [_candidate(place, best, each) for each in best.leaves]
         found += doors
         if best.probability < PROBABLE:
             continue
@@ -123,20 +130,19 @@ def _explained_away(
     return plan
 
 
-def _candidate(explained: Explained, best: Refined) -> Candidate:
+def _candidate(place: Doorway, explained: Explained, best: Refined) -> Candidate:
     leaf = best.leaf
     cos, sin = np.cos(leaf.bearing), np.sin(leaf.bearing)
     axes = np.array([[cos, sin], [-sin, cos]])
     hinge = axes @ best.covariance[:2, :2] @ axes.T
     angles = best.angles * leaf.width if leaf.slides else best.angles
-    widest = float(angles.max(initial=0.0))
     door = Door(
         name="",
         hinge=leaf.hinge,
         closed_bearing=float(wrap(leaf.bearing)),
         sense=leaf.sense,
         width=leaf.width,
-        upper=leaf.width if leaf.slides else max(widest + SWING, LEAST_LIMIT),
+        upper=leaf.width if leaf.slides else limit_of(place, best),
         probability=explained.probability,
     )
     return Candidate(
@@ -149,6 +155,28 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
         angles=tuple(angles.tolist()),
         log_odds=explained.log_odds,
     )
+
+
+def limit_of(place: Doorway, best: Refined) -> float:
+    """The angle, rad, that a leaf can't pass: where it would stand in a wall, or lie along its own.
+
+    That it was never seen wider open, in drives or in the map, doesn't show that it stops there.
+    """
+    leaf = best.leaf
+    in_map = 0.0 if best.drawn is None else abs(best.drawn.turn)
+    seen = max(float(best.angles.max(initial=0.0)), in_map)
+    pieces = [
+        wall.start + np.arange(begin, end, SPACED)[:, None] * wall.along
+        for wall in place.walls
+        if wall.shown >= LONGER * leaf.width
+        for begin, end in wall.solid
+    ]
+    along, aside = beside(np.concatenate([np.zeros((0, 2)), *pieces]), leaf.hinge, leaf.bearing)
+    far, angle = np.hypot(along, aside), np.arctan2(leaf.sense * aside, along)
+    # neither at the jambs, nor about the closed leaf
+    met = (far > WAY) & (far < leaf.width - WAY) & (angle * far > WAY)
+    stops = (angle + WAY / np.maximum(far, WAY))[met]
+    return max(float(stops[stops > seen].min(initial=np.pi)), min(seen + SWING, np.pi))
 
 
 def _closes(door: Door, opening: Opening) -> bool:

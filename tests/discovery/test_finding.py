@@ -641,6 +641,35 @@ def test_no_leaf_hangs_before_its_wall(sense: int) -> None:
     assert before == -np.inf
 
 
+def limited(seen: float, walls: list[WallLine], drawn_turn: float = 0.0) -> float:
+    """The limit, rad, of a leaf that was seen open, and that the map may show."""
+    place = replace(looked_at(np.array([[0.5, -0.1]]), np.array([0.5, 2.0])), walls=walls)
+    cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(drawn_turn), np.sin(drawn_turn)])
+    shown = (Drawn(False, drawn_turn, np.zeros(2), 1.0, cells, DRAWN),) if drawn_turn else ()
+    behind = Behind(np.empty(0), np.zeros(1), shown)
+    best = Refined(leaf(), behind, np.eye(4), 0.0, np.array([seen]), 0.0)
+    return candidates.limit_of(place, best)
+
+
+@given(st.floats(0.0, np.pi), st.floats(0.4, 2.9))
+def test_a_door_that_was_never_seen_wider_may_open_wider(seen: float, turn: float) -> None:
+    assert limited(seen, []) == pytest.approx(np.pi)
+    wall = WallLine(np.array([-3.0, 0.0]), np.array([1.0, 0.0]), 3.0, ((0.0, 3.0),))
+    assert limited(seen, [wall], turn) == pytest.approx(np.pi)
+
+
+@given(st.floats(0.15, 0.5), st.floats(0.0, 2.4), st.floats(0.4, 2.4))
+def test_no_door_opens_into_a_wall_beside_it_unless_it_was_seen_there(
+    away: float, seen: float, turn: float
+) -> None:
+    side = WallLine(np.array([-away, 0.0]), np.array([0.0, 1.0]), 3.0, ((0.0, 3.0),))
+    touches = np.pi / 2.0 + np.arcsin(away / 0.9)
+    limit = limited(seen, [side], turn)
+    assert limit > max(seen, turn)
+    if touches > max(seen, turn):
+        assert touches < limit < touches + 0.5
+
+
 def test_an_opening_that_an_accepted_leaf_closes_holds_no_other(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
