@@ -71,11 +71,12 @@ def find_doors(
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
     places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
-    found, accepted, waiting = list[Candidate](), list[Candidate](), dict[int, Weighed]()
+    found, waiting = list[Candidate](), dict[int, Weighed]()
 
     def weigh(number: int) -> None:
         waiting.pop(number, None)
-        free = (each for each in places[number] if not any(_closes(e.door, each) for e in accepted))
+        closed = [each.door for each in found if each.door.is_probable]  # they hold no other leaf
+        free = (o for o in places[number] if not any(_overlap(door, o) for door in closed))
         every = [unexplained(each, beams, left) for each in free]
         still = [each for each in every if each.p_wall >= LEAST]
         if not still:
@@ -95,11 +96,9 @@ def find_doors(
             weigh(number)  # without what has been explained since
             continue
         place, best, _ = waiting.pop(number)
-        doors = [_candidate(place, best, each) for each in best.leaves]
-        found += doors
+        found += [_candidate(place, best, each) for each in best.leaves]
         if best.probability < PROBABLE:
             continue
-        accepted += doors
         plan = _explained_away(place, best, plan, beams, left)
         for other, each in waiting.items():
             if each.place.is_near(place):
@@ -179,12 +178,6 @@ def limit_of(place: Doorway, best: Refined) -> float:
     return max(float(stops[stops > seen].min(initial=np.pi)), min(seen + SWING, np.pi))
 
 
-def _closes(door: Door, opening: Opening) -> bool:
-    """Whether a leaf closes an opening, which then holds no other."""
-    away = closing_distance(door.middle, door.width, opening.middle, opening.width)
-    return bool(away < 1.0)
-
-
 def _apart(found: Sequence[Candidate]) -> list[Candidate]:
     """Each leaf once: of those that close the same way, the most probable."""
     kept: list[Candidate] = []
@@ -194,7 +187,8 @@ def _apart(found: Sequence[Candidate]) -> list[Candidate]:
     return kept
 
 
-def _overlap(one: Door, other: Door) -> bool:
+def _overlap(one: Door, other: Door | Opening) -> bool:
+    """Whether a leaf closes the same way as another, or an opening."""
     return bool(closing_distance(one.middle, one.width, other.middle, other.width) < 1.0)
 
 

@@ -43,14 +43,13 @@ from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
-from objstate.objects.doorframe import bearings_by_walls
 from objstate.run import BuildingInput, RunOptions, open_run, unknown_start
 from objstate.run.calibrating import survey_log
 from objstate.run.doubts import doubts_of_robot, failures
 from objstate.run.drive import Drive as GoneThrough
-from objstate.world.adjusting import adjusted, beside, downward, motions, places_beside
+from objstate.world.adjusting import adjusted, beside, hung, motions, places_beside
 from objstate.world.places import Places, PlaceStatics, places_of, put_together
-from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
+from objstate.world.statics import DoorStatics, Drive, contradicting, evidence_of
 from objstate.world.surveys import is_same
 from objstate.world.widths import Edges
 
@@ -129,9 +128,7 @@ def refine_building(
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
-    there = [beside(one.doors, moved, 1.0) for one in counting]
-    bent = replace(model, walls=columns.warped(walls.walls))
-    doors = combined(there, error, downward(model), bearings_by_walls(bent, error.wall_std_m))
+    doors = hung(model, columns, walls.walls, moved, [one.doors for one in counting])
     pieces = put_together([places_beside(one.furniture, moved, 1.0) for one in counting])
     better = adjusted(model, columns, walls, doors, pieces)
     left_out = [one for one in told if one not in counting]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 import numpy as np
 
 from objstate.errors import LogError
@@ -72,14 +74,19 @@ def _check(
     shape: tuple[int, ...],
     what: str,
 ) -> None:
-    if not (_is_array(values, shape) and np.isfinite(values).all()):
+    if not are_finite(values, shape):
         raise LogError(
             f"The {what} of the {type(record).__name__} of {record.stamp_ns} ns must be a finite "
             f"array of shape {shape}; leave out readings that are none."
         )
 
 
-def _is_array(values: object, shape: tuple[int, ...]) -> bool:
+def are_finite(values: object, shape: tuple[int, ...]) -> bool:
+    """Whether something is an array of finite numbers, of a shape."""
+    return _is_array(values, shape) and bool(np.isfinite(values).all())
+
+
+def _is_array(values: object, shape: tuple[int, ...]) -> TypeGuard[FloatArray]:
     if not isinstance(values, np.ndarray):
         return False
     return values.dtype.kind in "iuf" and values.shape == shape

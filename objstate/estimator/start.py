@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.errors import SettingsError
+from objstate.estimator.admission import are_finite
 from objstate.estimator.monitor import Monitor
 from objstate.estimator.robot import Robot
 from objstate.geometry import FloatArray
@@ -47,7 +48,7 @@ class Start:
 
 def _checked(pose: FloatArray) -> FloatArray:
     values = np.asarray(pose)
-    if values.shape != (3,) or values.dtype.kind not in "iuf" or not np.isfinite(values).all():
+    if not are_finite(values, (3,)):
         raise SettingsError(
             f"The initial pose {pose!r} is none; give x, y in metres and yaw in radians, as "
             "np.array([2.0, 0.0, 0.0])."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple
 
@@ -28,11 +29,14 @@ class BearingReading(NamedTuple):
     variance: float  # rad^2
 
 
-def bearings_by_walls(building: Building, wall_std_m: float) -> dict[str, BearingReading]:
-    """The bearings of the doors of a building whose walls tell them, at the height of each leaf."""
+def bearings_by_walls(
+    building: Building, names: Iterable[str], wall_std_m: float
+) -> dict[str, BearingReading]:
+    """The bearings of some doors of a building whose walls tell them, at the height of each leaf."""
     walls_at = cache(lambda height: outline(building.walls, height).reshape(-1, 4))
     found = {}
-    for name, item in building.objects.items():
+    for name in names:
+        item = building.objects[name]
         if item.kind is not Kind.HINGED:
             continue
         leaf = item.mesh.moved(item.transforms(item.home[None])[0])
@@ -74,7 +78,7 @@ def by_walls(leaf: FloatArray, walls: FloatArray, wall_std_m: float) -> BearingR
     along = sides[lengths.argmax()] / lengths.max()
     axes = np.column_stack([along, [-along[1], along[0]]])
     (begin, right), (end, left) = (
-        bound((leaf.reshape(-1, 2) @ axes), axis=0) for bound in (np.min, np.max)
+        bound(leaf.reshape(-1, 2) @ axes, axis=0) for bound in (np.min, np.max)
     )
     ends = walls.reshape(-1, 2, 2) @ axes
     ends = np.take_along_axis(ends, ends[..., :1].argsort(axis=1), axis=1)

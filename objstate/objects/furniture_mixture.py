@@ -279,15 +279,15 @@ class FurnitureMixture:
         covariances, log_evidence = self.covariances.copy(), np.empty(len(means))
         kinds = np.zeros((len(means), len(kernels.KINDS)))  # neither handles nor glass
         best = [1 + int(np.argmax(self.weights[1:]))]
-        counts, reached = np.zeros((2, len(beams.measured))), 0
-        counts[0] = 1.0
+        once, reached = np.ones(len(beams.measured)), 0
         arrived = np.zeros(len(means), dtype=bool)
         for part in (slice(None), best):
             reached = kernels.condition(
                 beams,
                 shape,
                 noise,
-                counts,
+                once,
+                once,
                 arrived[part],
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),

@@ -436,7 +436,7 @@ class DoorMixture:
             noise.range_max,
         )
         reached, before, then, kinds, log_evidence = self._conditioned(
-            beams, noise, shape, repeats.counts(ends), weights
+            beams, noise, shape, ends, weights
         )
         means, covariances = then
         if door.atoms:
@@ -478,7 +478,7 @@ class DoorMixture:
         beams: Beams,
         noise: Noise,
         shape: kernels.Shape,
-        counts: FloatArray,
+        ends: repeats.Ends,
         weights: FloatArray,
     ) -> tuple[int, _Gaussians, _Gaussians, FloatArray, FloatArray]:
         """Number of beams reached, Gaussians before and after, kinds and evidence of components.
@@ -504,7 +504,8 @@ class DoorMixture:
             beams,
             shape,
             noise,
-            counts,
+            repeats.shares(ends),
+            ends.times,
             arrived,
             placements,
             shares,

@@ -606,7 +606,7 @@ def _see_edges(
     covariance: FloatArray,
     placed: Any,
     step: FloatArray,
-    counts: FloatArray,
+    times: FloatArray,
     work: Work,
 ) -> None:
     """Update by the side of the corners on which beams passed: assumed density filtering.
@@ -614,14 +614,14 @@ def _see_edges(
     Beam by beam. A flanked corner isn't seen: what beams show is where an opening ends, at a frame
     whose place the model doesn't know and all scans share. Shares and corners are those at the
     errors ``x`` (8,). Given the margin by which a beam meets the object, it does so with the
-    probability of a normal distribution function as wide as the beam. What repeats counts by one
-    over its number, the first row of ``counts`` (2, n) over their sum.
+    probability of a normal distribution function as wide as the beam. What was met so many
+    ``times`` (n,) counts by one over that.
     """
     row = work.row
     for i in range(work.share.shape[0]):
         if not LEAST_SHARE < work.share[i] < 1.0 - LEAST_SHARE:
             continue
-        counted = independence * counts[0, i] / max(counts[0, i] + counts[1, i], LEAST_SHARE)
+        counted = independence / times[i]
         for side in range(2):
             corner, sign = work.ends[i, side], 1.0 - 2.0 * side
             if corner < 0 or work.flanked[corner] == 1:
@@ -669,13 +669,14 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f2 b1 f2 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f1 b1 f2 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
     shape: Shape,
     noise: Noise,
-    counts: FloatArray,
+    shares: FloatArray,
+    times: FloatArray,
     arrived: BoolArray,
     placements: FloatArray,
     weights: FloatArray,
@@ -693,9 +694,9 @@ def condition(
     of a handle and of glass. Returned is the largest number of beams that reach the object in a
     component.
 
-    The beams count by the first row of ``counts`` (2, n). In components that the object just
-    ``arrived`` in (c,), they also count by the second, relative to the heaviest component: readings
-    that repeat earlier ones speak against a movement.
+    Beams count by ``shares`` (n,) over how many ``times`` (n,) their surface was met. In components
+    that the object just ``arrived`` in (c,), what they count less also counts, relative to the
+    heaviest component: readings that repeat earlier ones speak against a movement.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -725,7 +726,8 @@ def condition(
     _set_densities(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
     expected, is_first = 0.0, True  # log-likelihood of what is repeated, in the heaviest component
-    every = counts[0] + counts[1]
+    new = shares / times
+    repeated = shares - new
     for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
@@ -737,7 +739,7 @@ def condition(
         work.flanked[:] = 0
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
         share, again = 1.0, 0.0
-        fresh = every if arrived[c] else counts[0]
+        fresh = shares if arrived[c] else new
         log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):
             if look == looks:  # the evidence is computed without these errors
@@ -754,7 +756,7 @@ def condition(
                 spread,
                 kinds[c],
                 fresh,
-                counts[1],
+                repeated,
                 work,
             )
             expected = again if is_first else expected
@@ -780,7 +782,7 @@ def condition(
         log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, share, work)
         kinds[c, HANDLE], kinds[c, GLASS] = work.kinds[HANDLE], work.kinds[GLASS]
         likeliest = max(likeliest, log_weight + log_evidence[c])
-        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, counts, work)
+        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, times, work)
     return most
 
 

@@ -39,11 +39,10 @@ class Ends(NamedTuple):
 NO_ENDS = Ends(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0, dtype=bool))
 
 
-def counts(ends: Ends) -> FloatArray:
-    """(2, n) by how much a beam counts: as a new reading, and as one that repeats earlier ones."""
-    out = np.empty((2, len(ends.times)))
-    share(ends.points, ends.times, ends.returned, out[0])
-    out[1] = (ends.times - 1.0) * out[0]
+def shares(ends: Ends) -> FloatArray:
+    """(n,) by how much beams count that meet a surface for the first time."""
+    out = np.empty(len(ends.times))
+    share(ends.points, ends.returned, out)
     return out
 
 
@@ -126,19 +125,19 @@ def meet(
             out[i] = seen * REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
 
 
-@called_with("f2 f1 b1 f1")
+@called_with("f2 b1 f1")
 @_compile
-def share(points: FloatArray, times: FloatArray, returned: BoolArray, out: FloatArray) -> None:
-    """Set ``out`` (n,) to the share that a beam counts whose surface, at ``points``, was met so often.
+def share(points: FloatArray, returned: BoolArray, out: FloatArray) -> None:
+    """Set ``out`` (n,) to the share that a beam counts beside its neighbours, with ends ``points``.
 
     Readings of a surface that are evenly spaced by g, with exponential correlation, count as many
     independent ones as tanh(g / 2 LENGTH) times their number.
     """
     before = 1.0
-    for i in range(times.shape[0]):
+    for i in range(out.shape[0]):
         after = 1.0
-        if i + 1 < times.shape[0] and returned[i] and returned[i + 1]:
+        if i + 1 < out.shape[0] and returned[i] and returned[i + 1]:
             gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
             after = math.tanh(gap / (2.0 * LENGTH))
-        out[i] = 0.5 * (before + after) / times[i]
+        out[i] = 0.5 * (before + after)
         before = after

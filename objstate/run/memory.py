@@ -67,9 +67,8 @@ class Statics:
         mounts: Mapping[str, FloatArray],
     ) -> Statics:
         """By drives; ``mounts`` (4, 4) are those of the log's lasers by frame."""
-        from objstate.objects.doorframe import bearings_by_walls
-        from objstate.world.adjusting import adjusted, beside, downward, motions
-        from objstate.world.statics import combined, rehung
+        from objstate.world.adjusting import adjusted, hung, motions
+        from objstate.world.statics import rehung
 
         error = building.error or BuildingErrorSettings()
         columns = Columns.of(building.walls)
@@ -79,15 +78,12 @@ class Statics:
             surveyed = Surveys(columns, error).together([each.beside(mounts) for each in kept])
             walls = surveyed.walls
         moved = motions(building, columns, walls)
-        there = [beside(told, moved, 1.0)]
-        bent = replace(building, walls=columns.warped(walls))
-        by_walls = bearings_by_walls(bent, error.wall_std_m)
-        hung = tuple(combined(there, error, downward(building), by_walls)) if told else ()
+        doors = tuple(hung(building, columns, walls, moved, [told])) if told else ()
         if surveyed is None:
-            return Statics(0, columns, walls, (), moved, told, hung, rehung(building, hung))
+            return Statics(0, columns, walls, (), moved, told, doors, rehung(building, doors))
         lasers = _corrections(surveyed, mounts)
-        better = adjusted(building, columns, surveyed, hung)
-        return Statics(len(kept), columns, walls, lasers, moved, told, hung, better)
+        better = adjusted(building, columns, surveyed, doors)
+        return Statics(len(kept), columns, walls, lasers, moved, told, doors, better)
 
     def of_doors(
         self, beliefs: Mapping[str, ObjectBelief], widths: Mapping[str, WidthEvidence]

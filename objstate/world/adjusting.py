@@ -12,8 +12,9 @@ from objstate.building.warping import Columns
 from objstate.calibration import Surveyed
 from objstate.config import BuildingErrorSettings
 from objstate.geometry import FloatArray
+from objstate.objects.doorframe import bearings_by_walls
 from objstate.world.places import Places, PlaceStatics, placed
-from objstate.world.statics import LEAST_STD_M, DoorStatics, Drive, rehung
+from objstate.world.statics import LEAST_STD_M, DoorStatics, Drive, combined, rehung
 
 Motions = Mapping[str, tuple[FloatArray, float]]  # by object: a shift (2,) m, a turn in rad
 
@@ -31,7 +32,7 @@ def motions(building: Building, columns: Columns, walls: FloatArray) -> Motions:
     return out
 
 
-def downward(building: Building) -> frozenset[str]:
+def _downward(building: Building) -> frozenset[str]:
     """The doors that are closed at their upper limit."""
     return frozenset(
         name
@@ -49,6 +50,26 @@ def beside(drive: Drive, moved: Motions, times: float) -> Drive:
         name: each.beside(times * moved[name][0], times * moved[name][1])
         for name, each in drive.items()
     }
+
+
+def hung(
+    building: Building,
+    columns: Columns,
+    walls: FloatArray,
+    moved: Motions,
+    drives: Sequence[Drive],
+) -> list[DoorStatics]:
+    """Where doors hang by drives, beside walls with displacements (c, 2) m of their columns.
+
+    ``moved`` are the ``motions`` of these walls. They tell the bearings of doors that they are in
+    line with.
+    """
+    error = building.error or BuildingErrorSettings()
+    there = [beside(each, moved, 1.0) for each in drives]
+    names = sorted({name for each in drives for name in each} - error.doors.keys())
+    bent = replace(building, walls=columns.warped(walls)) if names else building
+    by_walls = bearings_by_walls(bent, names, error.wall_std_m)
+    return combined(there, error, _downward(building), by_walls)
 
 
 def places_beside(drive: Places, moved: Motions, times: float) -> Places:

@@ -32,7 +32,7 @@ def opening(
 
 def found(place: Building) -> tuple[float, float] | None:
     """Error and deviation of the bearing, deg."""
-    reading = bearings_by_walls(place, STD_M).get("door")
+    reading = bearings_by_walls(place, place.objects, STD_M).get("door")
     if reading is None:
         return None
     return math.degrees(reading.error), math.degrees(math.sqrt(reading.variance))

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from objstate.objects.repeats import NO_ENDS, Ends, counts, follow
+from objstate.objects.repeats import NO_ENDS, Ends, follow, shares
 
 
 def fresh(ends: Ends) -> np.ndarray:
-    return counts(ends)[0]
+    return shares(ends) / ends.times
 
 
 ANGLES = np.linspace(-0.5, 0.5, 61)
