@@ -44,7 +44,7 @@ from objstate.cli.parsing import (
 )
 from objstate.cli.progress import progress_bar
 from objstate.cli.sharing import share_out_compiling
-from objstate.cli.state_table import events_table, has_returned, state_table
+from objstate.cli.state_table import events_table, state_table
 from objstate.errors import TruthError
 
 if TYPE_CHECKING:
@@ -274,7 +274,7 @@ def _print(
     events = read_events(result.folder)
     if events:
         print_table(events_table(events, result.begin_ns))
-        if any(map(has_returned, events)):
+        if any(event.has_returned for event in events):
             print_text("A door that ends where it began stood elsewhere in between.")
     candidates = read_candidates(result.folder)
     if candidates:

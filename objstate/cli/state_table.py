@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -51,16 +50,6 @@ def events_table(events: Sequence[Event], begin_ns: int) -> Table:
             percent(event.probability),
         )
     return table
-
-
-def has_returned(event: Event) -> bool:
-    """Whether a door ends where it stood before."""
-    from objstate.smoothing.objects import SAME_DEG, SAME_M
-
-    same = {"angle": math.radians(SAME_DEG), "offset": SAME_M}.get(event.coordinate)
-    if same is None or event.from_state is None or event.to_state is None:
-        return False
-    return abs(event.to_state - event.from_state) < same
 
 
 def label(coordinate: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     import polars as pl
 
 EVENTS = "events.parquet"
+# by how much states of doors differ that count as the same, in rad and m
+SAME = {"angle": math.radians(1.0), "offset": 0.01}
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,14 @@ class Event:
     def stretch(self) -> tuple[int, int]:
         """(from, to) ns."""
         return self.from_ns, self.to_ns
+
+    @property
+    def has_returned(self) -> bool:
+        """Whether a door ended where it stood before; it stood elsewhere in between."""
+        same = SAME.get(self.coordinate)
+        if same is None or self.from_state is None or self.to_state is None:
+            return False
+        return abs(self.to_state - self.from_state) < same
 
 
 def event_schema() -> pl.Schema:

@@ -23,7 +23,7 @@ def _row(event: Event, begin_ns: int) -> list[str | Cell]:
     return [
         text(event.object),
         text(event.coordinate),
-        text(event.kind),
+        text(f"{event.kind} and back" if event.has_returned else event.kind),
         Cell(f"{begin:.1f} to {end:.1f}", begin),
         text(figure(event.coordinate, event.from_state)),
         text(figure(event.coordinate, event.to_state)),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
+from objstate.recording.events import SAME
 from objstate.smoothing.doors import DoorHistory, smoothed_door
 from objstate.smoothing.furniture import FurnitureHistory, smoothed_furniture
 from objstate.smoothing.movements import (
@@ -20,8 +20,6 @@ from objstate.smoothing.movements import (
     Rests,
     movements,
 )
-
-SAME_DEG, SAME_M = 1.0, 0.01  # by how much the states of doors differ that count as the same
 
 History = DoorHistory | FurnitureHistory
 
@@ -46,7 +44,7 @@ class Smoothed:
         then, *others = self.beliefs[first : last + 1]
         if then.item.kind is Kind.PLANAR:
             return 1.0
-        same = math.radians(SAME_DEG) if then.item.kind is Kind.HINGED else SAME_M
+        same = SAME[then.item.coordinates[0]]
         far = np.abs(then.relative_to(then.median)[:, 0]) > same
         return max((float(each.weights.values[far].sum()) for each in others), default=0.0)
 

@@ -10,7 +10,7 @@ from objstate.cli.console import print_table
 from objstate.cli.error_tables import errors_table, robot_table
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
-from objstate.cli.state_table import events_table, has_returned, state_table
+from objstate.cli.state_table import events_table, state_table
 from objstate.cli.tables import new_table
 from objstate.evaluation import CoordinateErrors, Distances, LatestState, RobotErrors, StateErrors
 from objstate.logs import LaserSummary, LogSummary, TopicSummary
@@ -62,19 +62,6 @@ def test_degrees_and_metres_have_their_own_decimals() -> None:
     assert " 0.0 " in shown
     assert " 0.000 " in shown
     assert "-0.0 " not in shown
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "expected"),
-    [(0.5, 0.505, True), (0.5, 0.6, False), (None, 0.5, False), (0.5, None, False)],
-)
-def test_a_door_that_ends_where_it_began_has_returned(
-    before: float | None, after: float | None, expected: bool
-) -> None:
-    std = 0.01
-    event = Event("door", "moved", "angle", STAMP, STAMP + 1, before, std, after, std, 1.0)
-    assert has_returned(event) == expected
-    assert not has_returned(replace(event, coordinate="x"))  # furniture has two more
 
 
 def test_what_was_never_observed_says_so() -> None:

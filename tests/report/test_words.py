@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from objstate.evaluation import LatestState
+from objstate.recording.events import Event
 from objstate.records import Estimate
+from objstate.report.events import events_table
 from objstate.report.material import Material, read_material
 from objstate.report.reading import figure, span
 from objstate.report.states import states_table
@@ -59,6 +61,21 @@ def test_fits_have_a_column_where_one_is_low(material: Material) -> None:
         pages.append(states_table(known, latest, (), {"office_door": 0}))
     assert ["fit" in page for page in pages] == [False, True]
     assert "20%" in pages[1]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [(0.5, 0.505, True), (0.5, 0.6, False), (None, 0.5, False), (0.5, None, False)],
+)
+def test_a_door_that_ends_where_it_began_is_back(
+    before: float | None, after: float | None, expected: bool
+) -> None:
+    std = 0.01
+    event = Event("door", "moved", "angle", 0, 1, before, std, after, std, 1.0)
+    assert ("moved and back" in events_table([event], 0)) == expected
+    assert "and back" not in events_table(
+        [replace(event, coordinate="x")], 0
+    )  # furniture has two more
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(9.6, "10 s"), (119.7, "2 min 0 s"), (7260, "2 h 1 min")])  # fmt: skip
