@@ -57,6 +57,17 @@ class Strict(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
+    def __init__(self, /, **data: Any) -> None:
+        """Raises SettingsError with every fault, each with its place and cure."""
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            told = "; ".join(faults(type(self), error, data))
+            raise SettingsError(f"{type(self).__name__}: {told}") from error
+
+    # groups within a file are then validated without ``__init__``, so that faults keep their places
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
 
 class BeamModelSettings(Strict):
     """p(d | d-hat), the likelihood of one measured range given the expected one.

@@ -11,12 +11,14 @@ from objstate.config import (
     CalendarSettings,
     DoorSettings,
     FurnitureSettings,
+    LocalizationSettings,
     Settings,
     Strict,
     load_settings,
     parse_strict,
 )
 from objstate.errors import SettingsError
+from objstate.world.allowed import Task
 
 
 def loaded(folder: Path, text: str) -> Settings:
@@ -167,6 +169,35 @@ def test_a_file_that_is_no_yaml_is_a_clear_error(tmp_path: Path, content: bytes)
 def test_a_missing_file_is_a_clear_error(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match=r"nowhere\.yaml"):
         load_settings(tmp_path / "nowhere.yaml")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (
+            {"localisation": {}},
+            "Settings: unknown key 'localisation'; did you mean 'localization'?",
+        ),
+        (
+            {"scans": {"least_gap_s": -1}, "grid": {"cell": 0.1}},
+            r"Settings: scans\.least_gap_s: must be .* 0, not -1; unknown key 'grid\.cell'",
+        ),
+        (
+            {"objects": [{"match": "*", "presence": 2}]},
+            r"Settings: objects\[0\]\.presence: must be",
+        ),
+    ],
+)
+def test_in_python_faults_are_told_as_those_of_a_file(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(SettingsError, match=told):
+        Settings(**given)
+
+
+def test_a_group_alone_is_told_by_its_name() -> None:
+    with pytest.raises(SettingsError, match="LocalizationSettings: min_particles: must be"):
+        LocalizationSettings(min_particles=0)
+    with pytest.raises(SettingsError, match=r"Task: default\.angle: must be"):
+        Task(name="pass", default={"angle": -1.0})
 
 
 def test_settings_never_change() -> None:

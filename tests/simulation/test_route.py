@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
+from objstate.errors import SettingsError
 from objstate.geometry import wrap
 from objstate.simulation.route import drive
 from objstate.simulation.scene import PlanarState, Route, Waypoint
@@ -100,5 +100,5 @@ def test_a_kidnapped_robot_stands_elsewhere_at_once_and_drives_on_from_there() -
 
 def test_no_route_drives_to_where_the_robot_was_put() -> None:
     taken = Waypoint(x=4, y=0, kidnapped_to=PlanarState(x=20, y=5))
-    with pytest.raises(ValidationError, match="two waypoints in a row"):
+    with pytest.raises(SettingsError, match="two waypoints in a row"):
         Route(waypoints=(Waypoint(x=0, y=0), taken, Waypoint(x=20, y=5)))
