@@ -321,8 +321,13 @@ def _stamp(belief: ObjectBelief | None) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Snapshot:
-    """What a world believes at one moment: ``snapshot["door_07"]`` is an object's belief."""
+class Snapshot(Mapping[str, ObjectBelief]):
+    """What a world believes at one moment: ``snapshot["door_07"]`` is an object's belief.
+
+    Beliefs are predicted when they are asked for. Two snapshots are equal if they are the same one.
+    """
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     world: World = field(repr=False)
     stamp_ns: int
@@ -337,6 +342,12 @@ class Snapshot:
                 name, self.stamp_ns, self.newer.get(name)
             )
         return belief
+
+    def get(self, name: str, default: Any = None, /) -> Any:
+        """An object's belief, or the default for an unknown object."""
+        if name not in self:
+            return default
+        return self[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.world.objects)

@@ -1,5 +1,6 @@
 """A world answers for every moment: as it was known then, and by the dynamics later."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,18 @@ def test_the_same_question_has_the_same_samples() -> None:
     first, again = world.at(HOUR)["desk"], world.at(HOUR)["desk"]
     np.testing.assert_array_equal(first.states, again.states)
     assert not np.array_equal(first.states, world.at(HOUR + 1)["desk"].states)
+
+
+def test_a_snapshot_is_a_mapping_of_names_to_beliefs() -> None:
+    now = World.of(OBJECTS).at(0)
+    assert isinstance(now, Mapping)
+    assert list(now.keys()) == list(now) == list(OBJECTS)
+    assert dict(now.items()) == now.beliefs
+    assert list(now.values()) == [now[name] for name in now]
+    assert now.get("door") is now["door"]
+    assert now.get("dor") is None
+    assert now.get("dor", 1) == 1
+    assert {now: 1}[now] == 1
 
 
 def test_an_unknown_object_is_named_with_the_known_ones() -> None:
