@@ -226,7 +226,7 @@ def estimate(
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
     """Whether the truth is that of another building, or its stamps are in another unit."""
-    from objstate.recording.tables import check_truth_times
+    from objstate.recording.tables import check_truth_times, unknown_names
 
     if true_states is None:
         return []
@@ -237,7 +237,7 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
         check_truth_times(true_states, result.begin_ns, end_ns)
     except TruthError as error:
         return [str(error)]
-    return []
+    return unknown_names(true_states, result.objects)
 
 
 def _told(world: WorldUse) -> str:

@@ -103,7 +103,7 @@ def evaluate(
         if against is None and not is_batch(home):
             if align and path is None:
                 raise SettingsError("--align is for the robot's path; give it with --path TUM.")
-            _evaluate_result(home, truth, path, align, json_file, bound, filtered)
+            _evaluate_result(home, truth, path, align, json_file, bound, quiet, filtered)
         elif path is not None or align or bound:
             raise SettingsError(
                 "--path, --align and --bound are for one result alone; leave them out here."
@@ -119,6 +119,7 @@ def _evaluate_result(
     align: bool,
     json_file: Path | None,
     bound: bool,
+    quiet: bool,
     filtered: bool,
 ) -> None:
     from objstate.evaluation import evaluate as evaluate_result
@@ -134,6 +135,7 @@ def _evaluate_result(
             f"{'.' if bound else ', or with --path TUM of the robot.'}"
         )
     evaluation = evaluate_result(folder, truth, path, align, filtered=filtered)
+    print_warnings(evaluation.notes, quiet)
     limit = _limit(folder, truth) if bound and truth is not None else None
     figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
     if write_json(json_file, figures):

@@ -26,14 +26,14 @@ from objstate.recording.batches import BatchLog, is_batch, read_logs, result_of
 from objstate.recording.index import BatchIndex, open_index, settled
 from objstate.recording.parts import OnLog, Part, file_state, parts, states_state, truth_state
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import check_truth_times, read_states, read_truth
+from objstate.recording.tables import check_truth_times, read_states, read_truth, unknown_names
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.storage import building_here, here
 
 if TYPE_CHECKING:
     import polars as pl
 
-FORM = 1  # of the sums that are kept
+FORM = 2  # of the sums that are kept
 
 
 @dataclass(frozen=True)
@@ -193,6 +193,9 @@ def _judged(
 ) -> pl.DataFrame:
     """The judged estimates of one log with the conditions they were made under."""
     plain = _plain(result, log, filtered)
+    if log.truth is not None:
+        objects = read_summary(result)["objects"]
+        notes.extend(unknown_names(read_truth(here(log.truth)), objects))
     if plain.is_empty():
         return plain
     known = no_conditions()

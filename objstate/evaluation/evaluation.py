@@ -21,7 +21,8 @@ from objstate.evaluation.states import (
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.order import natural_key
-from objstate.recording.tables import check_truth_times, read_states, read_truth
+from objstate.recording.summary import read_summary
+from objstate.recording.tables import check_truth_times, read_states, read_truth, unknown_names
 from objstate.recording.tum import read_path, read_tum
 from objstate.records import TrueState
 
@@ -53,6 +54,7 @@ class Evaluation:
     before_truth: tuple[str, ...]  # objects that were observed, but only before their truth begins
     never_estimated: tuple[str, ...]  # objects with truth and no estimate
     robot: RobotErrors | None
+    notes: tuple[str, ...] = ()  # names of the truth that the building doesn't have
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain dictionaries and lists, for JSON; rad and m."""
@@ -79,13 +81,16 @@ def evaluate(
     if truth is None:
         evaluation = Evaluation((), (), (), (), (), (), None)
     else:
+        estimates, states = read_states(folder, filtered=filtered), read_truth(truth)
         evaluation = evaluate_states(
-            read_states(folder, filtered=filtered),
-            read_truth(truth),
+            estimates,
+            states,
             read_lost(folder),
             read_symmetry(folder),
             source=str(truth),
         )
+        notes = unknown_names(states, read_summary(folder)["objects"])
+        evaluation = replace(evaluation, notes=tuple(notes))
     if path is None:
         return evaluation
     robot = compare_paths(read_path(folder), read_tum(path), align)

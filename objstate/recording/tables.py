@@ -5,9 +5,10 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from decimal import Decimal, InvalidOperation
+from difflib import get_close_matches
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from objstate.errors import TruthError
 from objstate.geometry import checked_angle
 from objstate.kinds import TRUTH, instead, other_separator
+from objstate.order import natural_key
 from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import Spool
 from objstate.recording.stamps import PER_SECOND, mistaken_unit, unit_of_number
@@ -172,6 +174,23 @@ def check_truth_times(
             f"{source}: the stamp {example} is given in {unit}, but truth has nanoseconds since "
             f"1970; write {told}, and so for every stamp."
         )
+
+
+def unknown_names(truth: Iterable[TrueState], objects: Collection[str]) -> list[str]:
+    """A warning where the truth names objects that aren't among a building's, and what they may be."""
+    named = {row.object for row in truth}
+    unknown = sorted(named.difference(objects), key=natural_key)
+    if not unknown:
+        return []
+    meant = [get_close_matches(name, sorted(set(objects) - named), n=1) for name in unknown]
+    told = ", ".join(
+        f"'{name}' (did you mean '{near[0]}'?)" if near else f"'{name}'"
+        for name, near in zip(unknown, meant, strict=True)
+    )
+    return [
+        f"The building doesn't have {len(unknown)} of the truth's {len(named)} objects: {told}. They "
+        "aren't compared; the truth takes the names of joints."
+    ]
 
 
 def _truth_rows(lines: Iterator[list[str]], path: str | Path) -> Iterator[TrueState]:

@@ -14,6 +14,8 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import Estimate, TrueState
 from objstate.records import Path as RobotPath
 
+RUN: dict[str, object] = {"lost_ns": [], "objects": ["door", "door_07", "gate"]}
+
 
 @pytest.fixture
 def result(tmp_path: Path) -> Path:
@@ -22,10 +24,19 @@ def result(tmp_path: Path) -> Path:
     with EstimateWriter(tmp_path) as writer:
         writer.write(Estimate(int(t), "door", "angle", 0.6, 0.1, 0.4, 0.8, True) for t in stamps)
     write_truth(tmp_path / "truth.csv", [TrueState(0, "door", "angle", 0.5)])
-    write_summary(tmp_path, {"lost_ns": []})
+    write_summary(tmp_path, RUN)
     write_tum(tmp_path / TRAJECTORY, RobotPath(stamps, np.array([[0.0, 0.5, 0.0]] * 3)))
     write_tum(tmp_path / "true.tum", RobotPath(stamps, np.zeros((3, 3))))
     return tmp_path
+
+
+def test_names_that_the_building_lacks_are_told_with_those_that_were_meant(result: Path) -> None:
+    names = "door", "door7", "gate", "window"
+    write_truth(result / "t.csv", [TrueState(0, name, "angle", 0.5) for name in names])
+    (told,) = evaluate(result, result / "t.csv").notes
+    assert "2 of the truth's 4 objects" in told
+    assert "'door7' (did you mean 'door_07'?), 'window'." in told
+    assert evaluate(result, result / "truth.csv").notes == ()
 
 
 def test_a_result_is_evaluated_from_its_files(result: Path) -> None:
@@ -88,12 +99,12 @@ def test_an_evaluation_is_json(result: Path) -> None:
 
 
 def test_what_was_taken_back_is_never_final(result: Path) -> None:
-    write_summary(result, {"lost_ns": [[400_000_000, 800_000_001]]})
+    write_summary(result, RUN | {"lost_ns": [[400_000_000, 800_000_001]]})
     (door,) = evaluate(result, result / "truth.csv").objects
     assert door.updates is not None
     assert door.final is not None
     assert (door.updates.count, door.final.count) == (3, 1)
-    write_summary(result, {"lost_ns": [[0, 800_000_001]]})
+    write_summary(result, RUN | {"lost_ns": [[0, 800_000_001]]})
     (door,) = evaluate(result, result / "truth.csv").objects
     assert door.final is None
 
