@@ -8,25 +8,20 @@ import numpy as np
 
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, is_covariance
-from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
+from objstate.records import GaussianRobotBelief, InitialPose, Odometry, Record, RobotBelief, Scan
 
 
-def check(record: object, driven_ns: int | None) -> None:
-    """Refuse a record that would spoil the beliefs, where the odometry was read until ``driven_ns``.
+def check(record: Record, now_ns: int) -> None:
+    """Refuse a record that would spoil the beliefs, where the last one was of ``now_ns``.
 
-    Raises LogError for numbers that are none and for odometry out of time order, TypeError for
-    what is no record.
+    Raises LogError for numbers that are none and for records out of time order, TypeError for what
+    is no record.
     """
     match record:
         case Scan():
             _check_scan(record)
         case Odometry():
             _check(record, record.pose, (3,), "pose")
-            if driven_ns is not None and record.stamp_ns < driven_ns:
-                raise LogError(
-                    f"An odometry reading of {record.stamp_ns} ns came after one of {driven_ns} ns; "
-                    "feed records in time order, as open_log gives them."
-                )
         case InitialPose() | GaussianRobotBelief():
             _check(record, record.mean, (3,), "mean")
             if record.covariance is not None:  # else it isn't known
@@ -49,6 +44,11 @@ def check(record: object, driven_ns: int | None) -> None:
                 f"{type(record).__name__} is no record; feed the Odometry, Scan and InitialPose "
                 "that open_log gives, one by one."
             )
+    if record.stamp_ns < now_ns:
+        raise LogError(
+            f"{type(record).__name__} of {record.stamp_ns} ns came after one of {now_ns} ns; feed "
+            "records in time order, as open_log gives them."
+        )
 
 
 def _check_scan(scan: Scan) -> None:

@@ -21,7 +21,7 @@ from objstate.estimator.scenery import Scenery
 from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
 from objstate.estimator.start import Start
-from objstate.estimator.thinning import Thinning
+from objstate.estimator.thinning import NEVER_NS, Thinning
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief, Vantage
@@ -73,6 +73,7 @@ class Estimator:
         self.building = building
         self._observes = observes
         self.settings = s = (settings or Settings()).in_building(building.error)
+        self._now_ns = NEVER_NS  # of the last record
         self.scans_without_pose = 0
         self.corrections = 0  # number of scans that localized the robot
         self._sensing = sensing = Sensing(building, BeamModel(s.beam_model))
@@ -154,7 +155,8 @@ class Estimator:
         Raises LogError for records out of time order and for numbers that are none; such a record
         changes nothing.
         """
-        check(record, self._robot.driven_ns)
+        check(record, self._now_ns)
+        self._now_ns = record.stamp_ns
         match record:
             case Odometry():
                 self._robot.drive(record.pose, record.stamp_ns)

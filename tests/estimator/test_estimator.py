@@ -206,7 +206,7 @@ def test_a_robot_told_anew_is_where_it_was_told() -> None:
     estimator = Estimator(CORRIDOR)
     fed(estimator, as_told(short_drive()))
     elsewhere = np.array([7.0, 0.2, 3.0])
-    estimator.feed(InitialPose(START_NS, elsewhere, TOLD / 100))
+    estimator.feed(InitialPose(max(short_drive().poses), elsewhere, TOLD / 100))
     assert estimator.robot is not None
     np.testing.assert_allclose(estimator.robot.mean[:2], elsewhere[:2], atol=0.01)
 
@@ -382,6 +382,18 @@ def test_odometry_may_begin_before_the_zero_of_its_clock() -> None:
     assert {row.stamp_ns for row in estimator.feed(scan)} <= {-(10**8)}
     for late in (Odometry(-2 * 10**8, np.zeros(3)), replace(scan, stamp_ns=-2 * 10**8)):
         with pytest.raises(LogError, match="-200000000 ns came after one of -100000000 ns"):
+            estimator.feed(late)
+
+
+def test_records_of_any_kind_are_refused_out_of_time_order() -> None:
+    """A scan of before the last odometry reading would be taken as seen from where the robot is."""
+    records = short_drive().records
+    scan = next(record for record in records if isinstance(record, Scan))
+    start = InitialPose(scan.stamp_ns, START, None)
+    for late in (scan, start):
+        estimator = Estimator(CORRIDOR, initial_pose=START)
+        estimator.feed(Odometry(scan.stamp_ns + 1, np.zeros(3)))
+        with pytest.raises(LogError, match=f"{type(late).__name__} of .* came after one of"):
             estimator.feed(late)
 
 
