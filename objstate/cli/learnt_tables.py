@@ -19,13 +19,21 @@ NUMBERS = ("prob.", "hinge (m)", "bearing (deg)", "width (m)", "opens", "seen (d
 
 def describe_found(learnt: Learnt) -> Iterator[str | Table]:
     """The doors that were found in a map."""
-    if not learnt.candidates:
+    from objstate.discovery.candidates import LEAST
+
+    if learnt.candidates:
+        table = new_table(f"{len(learnt.candidates)} candidates", ("door",), NUMBERS)
+        for each in learnt.candidates:
+            table.add_row(each.door.name, *_cells(each))
+        yield table
+    else:
         yield "No doors found."
-        return
-    table = new_table(f"{len(learnt.candidates)} candidates", ("door",), NUMBERS)
-    for each in learnt.candidates:
-        table.add_row(each.door.name, *_cells(each))
-    yield table
+    if learnt.passed_over:
+        yield (
+            f"{learnt.passed_over} of {learnt.openings} openings weren't weighed as doors: each lies "
+            f"in a line that is a wall with less than {100 * LEAST:.0f} % probability (learn.json "
+            "lists them)."
+        )
 
 
 def _cells(each: Candidate) -> Iterator[str]:

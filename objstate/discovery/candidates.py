@@ -59,16 +59,25 @@ class Candidate:
         return float(np.sqrt(np.mean(np.square(self.hinge_std))))
 
 
+class Finding(NamedTuple):
+    """The doors of a map, and the openings that weren't weighed."""
+
+    candidates: list[Candidate]  # the most probable first, named in that order
+    openings: int  # number of openings, weighed or not
+    passed_over: list[Opening]  # those whose line is a wall with less than ``LEAST``
+
+
 def find_doors(
     plan: OccupancyMap,
     walls: Building,
     beams: Beams,
     settings: BeamModelSettings,
     on_progress: Progress | None = None,
-) -> list[Candidate]:
-    """Doors of a map in what drives saw, the most probable first, named in that order."""
+) -> Finding:
+    """Doors of a map in what drives saw."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
+    passed_over = [each for each in open_ if each.p_wall < LEAST]
     places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
     found, waiting = list[Candidate](), dict[int, Weighed]()
@@ -104,7 +113,7 @@ def find_doors(
             if each.place.is_near(place):
                 waiting[other] = each._replace(is_current=False)
     found.sort(key=lambda each: (-each.probability, -each.log_odds))
-    return _named(_apart(found))
+    return Finding(_named(_apart(found)), len(open_), passed_over)
 
 
 class Weighed(NamedTuple):

@@ -23,7 +23,7 @@ from objstate.building.occupancy import read_map
 from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_output, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
-from objstate.discovery.candidates import Candidate, find_doors
+from objstate.discovery.candidates import Candidate, Finding, find_doors
 from objstate.discovery.drives import distinct_logs
 from objstate.discovery.gathering import Beams, gather
 from objstate.run import RunOptions
@@ -41,6 +41,8 @@ class Learnt:
 
     urdf: Path
     candidates: list[Candidate]
+    openings: int  # number of openings in the walls' lines
+    passed_over: int  # those that weren't weighed, since their lines hardly are walls
     warnings: tuple[str, ...] = ()
 
 
@@ -82,18 +84,19 @@ def learn_doors(
         if on_progress is not None:
             on_progress(LOCALIZING + (1.0 - LOCALIZING) * share, seconds)
 
-    candidates = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
+    found = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
+    candidates = found.candidates
     probable = [each for each in candidates if each.door.is_probable]
     building = building_of_map(plan, [each.door for each in probable])
     error = building.error or BuildingErrorSettings()
     error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})
-    about = _about(map_yaml, paths, drives, candidates)
+    about = _about(map_yaml, paths, drives, found)
     beside = {
         DOORS_FILE: candidates_table(candidates),
         LEARN_FILE: json.dumps(about, indent=1) + "\n",
     }
     urdf = write_buildings(target, {".": building}, {".": sidecar_of(error)}, beside)[0]
-    return Learnt(urdf, candidates, tuple(warnings))
+    return Learnt(urdf, candidates, found.openings, len(found.passed_over), tuple(warnings))
 
 
 def _error(found: Candidate) -> DoorErrorSettings:
@@ -120,7 +123,7 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
 
 
 def _about(
-    map_yaml: str | Path, logs: Sequence[str | Path], drives: list[Beams], found: list[Candidate]
+    map_yaml: str | Path, logs: Sequence[str | Path], drives: list[Beams], found: Finding
 ) -> dict[str, Any]:
     return {
         "map": str(map_yaml),
@@ -137,7 +140,16 @@ def _about(
                 "hinge_std_across_m": round(float(each.hinge_std[1]), 4),
                 **_states(each),
             }
-            for each in found
+            for each in found.candidates
+        ],
+        "openings": found.openings,
+        "passed_over": [
+            {
+                "middle_m": [round(float(value), 2) for value in each.middle],
+                "width_m": round(each.width, 2),
+                "p_wall": round(each.p_wall, 4),
+            }
+            for each in found.passed_over
         ],
     }
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -9,9 +10,11 @@ from rich.console import Console
 from objstate.cli.console import print_table
 from objstate.cli.error_tables import errors_table, robot_table
 from objstate.cli.json_values import json_values
+from objstate.cli.learnt_tables import describe_found
 from objstate.cli.log_tables import describe_log
 from objstate.cli.state_table import events_table, state_table
 from objstate.cli.tables import new_table
+from objstate.discovery import Learnt
 from objstate.evaluation import CoordinateErrors, Distances, LatestState, RobotErrors, StateErrors
 from objstate.logs import LaserSummary, LogSummary, TopicSummary
 from objstate.recording.events import Event
@@ -136,3 +139,13 @@ def test_movements_are_listed_by_seconds_of_the_log() -> None:
     table = events_table([Event(LONG_NAME, "moved", "angle", *times, *angles, 0.984)], STAMP)
     for shown in ("angle (deg)", "10.0 to 12.0", "31.0", "88.0", "98"):
         assert shown in at_80_columns(table)
+
+
+def test_openings_that_were_not_weighed_are_counted() -> None:
+    learnt = Learnt(Path("building.urdf"), [], openings=12, passed_over=3)
+    assert list(describe_found(learnt)) == [
+        "No doors found.",
+        "3 of 12 openings weren't weighed as doors: each lies in a line that is a wall with less than "
+        "5 % probability (learn.json lists them).",
+    ]
+    assert list(describe_found(replace(learnt, passed_over=0))) == ["No doors found."]

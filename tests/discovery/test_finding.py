@@ -693,7 +693,9 @@ def test_an_opening_that_an_accepted_leaf_closes_holds_no_other(
         return Explained(leaves, 1.0, 1.0 / (1.0 + np.exp(-log_odds)), log_odds, 0.0)
 
     monkeypatch.setattr(candidates, "explain", explained)
-    monkeypatch.setattr(candidates, "openings", lambda *_: [whole, half])
+    off_walls = Opening(np.array([8.0, 5.0]), np.array([8.9, 5.0]), p_wall=0.01)
+    monkeypatch.setattr(candidates, "openings", lambda *_: [whole, half, off_walls])
     seen = beams(np.array([[2.5, 1.5], [3.5, 1.5]]), np.array([3.0, 0.0]))
     found = candidates.find_doors(plan, building_of_map(plan), seen, BeamModelSettings())
-    assert [round(each.log_odds) for each in found] == [4, 4]
+    assert [round(each.log_odds) for each in found.candidates] == [4, 4]
+    assert (found.openings, found.passed_over) == (3, [off_walls])
