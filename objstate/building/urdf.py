@@ -88,7 +88,7 @@ def urdf_of(path: Path) -> Path:
         return path
     models = sorted(path.glob("*.urdf"))
     if len(models) != 1:
-        raise BuildingError(f"{path} holds {len(models)} URDF files; give the building's.")
+        raise BuildingError(f"{path} holds {len(models)} URDF files; give that of the building.")
     return models[0]
 
 
@@ -98,6 +98,8 @@ def read_description(path: Path, refuse: Refuse) -> Description:
     Each error in a link or joint goes to ``refuse``; if that returns, what is wrong
     is left out. Raises BuildingError where no URDF can be read at all.
     """
+    if path.is_dir():
+        raise BuildingError(f"{path} is a folder; give its URDF, {urdf_of(path)}.")
     robot = read_xml(path)
     _check_is_urdf(robot, path)
     links = _named(robot.all("link"), lambda element: read_link(element, path, refuse), refuse)

@@ -276,10 +276,17 @@ def test_a_map_is_refused_and_what_makes_a_building_of_it_named(tmp_path: Path) 
         load_building(tmp_path / "map.yaml")
 
 
+def test_a_folder_is_refused_with_the_urdf_that_it_holds(tmp_path: Path) -> None:
+    with pytest.raises(BuildingError, match="holds 0 URDF files"):
+        load_building(tmp_path)
+    (tmp_path / "office.urdf").touch()
+    with pytest.raises(BuildingError, match=r"is a folder; give its URDF, .*office\.urdf"):
+        load_building(tmp_path)
+
+
 def test_a_path_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
-    for path in (tmp_path / "none.urdf", tmp_path):
-        with pytest.raises(BuildingError, match="can't be read"):
-            load_building(path)
+    with pytest.raises(BuildingError, match="can't be read"):
+        load_building(tmp_path / "none.urdf")
 
 
 @pytest.mark.parametrize(
