@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from objstate.config import BuildingErrorSettings, Settings
 from objstate.evaluation import latest_states
 from objstate.geometry import transform
 from objstate.recording.tables import read_estimates, read_truth
@@ -63,13 +64,15 @@ def aside(building: BuildingInput, distance: float, seed: int) -> BuildingInput:
     return replace(building, model=model)
 
 
-def drive(scene: Path, distance: float, seed: int) -> Row:
+def drive(scene: Path, distance: float, seed: int, settings: Settings) -> Row:
     """One simulated drive, estimated with hinges that are off."""
     with tempfile.TemporaryDirectory() as folder:
         simulated = simulate(scene, Path(folder) / "drive", seed=seed)
         truth = read_truth(simulated.folder / "truth.csv")
         building = aside(BuildingInput.read(load_scene(scene).building), distance, seed)
-        result = estimate_log([simulated.log], building, Path(folder) / "result", RunOptions())
+        result = estimate_log(
+            [simulated.log], building, Path(folder) / "result", RunOptions(settings)
+        )
         states = [
             each
             for each in latest_states(read_estimates(result.folder), truth, result.lost_ns)
@@ -81,16 +84,16 @@ def drive(scene: Path, distance: float, seed: int) -> Row:
         errors=np.degrees([abs(each.error) for each in states]),
         inside=(bounds[:, 0] <= truths) & (truths <= bounds[:, 1]),
         widths=np.degrees(np.ptp(bounds, axis=1)),
-        found=sum("fits better hung" in warning for warning in result.warnings),
+        found=sum(warning.count("of its place in the model") for warning in result.warnings),
     )
 
 
-def study(scene: Path, distance: float, seeds: list[int]) -> None:
+def study(scene: Path, distance: float, seeds: list[int], settings: Settings) -> None:
     """A Markdown table of a drive for each seed, and of all."""
     print(HEADER + "\n|" + " --- |" * HEADER.count(" | ") + " --- |")
     rows = []
     for seed in seeds:
-        rows.append(drive(scene, distance, seed))
+        rows.append(drive(scene, distance, seed, settings))
         print(rows[-1].line(str(seed)), flush=True)
     errors, inside, widths = (
         np.concatenate([getattr(row, name) for row in rows])
@@ -104,5 +107,10 @@ if __name__ == "__main__":
     parser.add_argument("scene", type=Path)
     parser.add_argument("cm", type=float)
     parser.add_argument("seeds", type=int, nargs="+")
+    parser.add_argument(
+        "--stated", type=float, metavar="M", help="hinge_std_m; default: as built in"
+    )
     given = parser.parse_args()
-    study(given.scene, given.cm / 100.0, given.seeds)
+    error = {} if given.stated is None else {"hinge_std_m": given.stated}
+    settings = Settings(building_error=BuildingErrorSettings(**error))
+    study(given.scene, given.cm / 100.0, given.seeds, settings)

@@ -241,6 +241,7 @@ def _too_wide(estimator: Estimator, options: RunOptions) -> str | None:
 
 
 def _of_hinges(estimator: Estimator) -> Iterator[str]:
+    stated = estimator.settings.building_error.hinge_std_m
     places = {
         f"'{name}'": f"{math.hypot(x, y):.2f} m {compass(x, y)} of its place in the model "
         f"(x {x:+.2f} m, y {y:+.2f} m)"
@@ -248,7 +249,8 @@ def _of_hinges(estimator: Estimator) -> Iterator[str]:
     }
     cure = (
         " What stands in a doorway, or a leaf of another form, can look like that: see the report, "
-        "and let several drives tell (objstate building learn LOG... --building URDF)."
+        "and let several drives tell (objstate building learn LOG... --building URDF). If hinges were "
+        f"placed less exactly than {stated:g} m, state it (building_error.hinge_std_m)."
     )
     if len(places) == 1:
         ((door, place),) = places.items()

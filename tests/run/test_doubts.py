@@ -40,6 +40,7 @@ def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
         (SECOND + round(since * SECOND), SECOND + round(found * SECOND)) for since, found in lost
     )
     return SimpleNamespace(
+        settings=Settings(),
         lost=stretches,
         lost_probabilities=(0.97,) * len(stretches),
         is_lost=is_lost,
@@ -89,6 +90,7 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
     assert hung.startswith("The hinges of 4 doors seem to be elsewhere: 'door_0' 0.10 m east")
+    assert hung.endswith("less exactly than 0.01 m, state it (building_error.hinge_std_m).")
 
 
 def test_objects_that_no_state_explains_are_one_warning(tmp_path: Path) -> None:
