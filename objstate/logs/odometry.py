@@ -15,7 +15,8 @@ from objstate.logs.ordering import Item
 from objstate.logs.scans import Sweep
 from objstate.records import Odometry, Record, Scan
 
-# ns; so long a scan waits for odometry, and so far odometry is carried on without news
+# ns; a scan farther than this from all odometry is dropped. So odometry is carried on for as long
+# without news, and interpolated over gaps of twice that length
 WAIT_NS = 1_000_000_000
 
 # ns; stretch over which the last velocity is taken, since close stamps give a poor one
@@ -84,7 +85,8 @@ class Track:
 
     def forget_before(self, stamp_ns: int) -> None:
         """Keep only what is needed for times from ``stamp_ns`` on."""
-        needed_from = max(bisect_right(self._stamps, stamp_ns - VELOCITY_NS) - 1, 0)
+        needed_ns = min(stamp_ns, self._stamps[-1]) - VELOCITY_NS
+        needed_from = max(bisect_right(self._stamps, needed_ns) - 1, 0)
         del self._stamps[:needed_from], self._poses[:needed_from]
 
     def pose_at(self, time_ns: int) -> FloatArray:
@@ -119,7 +121,9 @@ class Track:
 def place_in_odometry(items: Iterable[Item], notices: Notices) -> Iterator[Record]:
     """Records in time order: each scan waits for odometry at or after its last beam.
 
-    A scan before any odometry, or without any within a second, is dropped with a notice.
+    In a gap of up to two seconds it is interpolated; in a longer one, and after the last odometry,
+    it is carried on. A scan before any odometry, or without any within a second, is dropped with a
+    notice.
     """
     track = Track()
     held: deque[Item] = deque()
@@ -160,7 +164,9 @@ def _is_ready(item: Item, track: Track, now_ns: int) -> bool:
     if not isinstance(item, Sweep):
         return True
     known_to = track.last_ns
-    return (known_to is not None and known_to >= item.end_ns) or now_ns - item.end_ns > WAIT_NS
+    if known_to is None or known_to >= item.end_ns:
+        return True
+    return now_ns - max(item.end_ns, known_to + WAIT_NS) > WAIT_NS
 
 
 def placed(item: Item, track: Track, notices: Notices) -> Iterator[Record]:

@@ -120,12 +120,32 @@ def test_a_scan_does_not_wait_for_odometry_for_ever() -> None:
         [
             odometry(0),
             sweep(100),
-            *(InitialPose(t * MS, np.zeros(3), np.eye(3)) for t in (500, 1200)),
+            *(InitialPose(t * MS, np.zeros(3), np.eye(3)) for t in (500, 2100)),
         ]
     )
     out = place_in_odometry(items, Notices())
     kinds = [type(next(out)) for _ in range(3)]
     assert kinds == [Odometry, Scan, InitialPose]
+
+
+def test_odometry_with_gaps_of_up_to_two_seconds_is_interpolated() -> None:
+    items = [odometry(0, 0.0), odometry(100, 0.0), odometry(2100, 1.0)]
+    items += [sweep(t, beams=2, interval_ms=50) for t in range(100, 2050, 100)]
+    records, notices = placed(*sorted(items, key=lambda item: item.stamp_ns))
+    scans = [r for r in records if isinstance(r, Scan)]
+    np.testing.assert_allclose([s.odometry[0] for s in scans], np.arange(20) / 20, atol=1e-12)
+    assert notices.listed() == []
+
+
+def test_in_a_longer_gap_the_velocity_is_kept_for_a_second() -> None:
+    ends = (*range(0, 1001, 50), *range(5000, 6001, 50))
+    items = [*(odometry(t, t / 1000) for t in ends), *(sweep(t + 1) for t in range(0, 6000, 100))]
+    records, notices = placed(*sorted(items, key=lambda item: item.stamp_ns))
+    scans = {r.stamp_ns / 1e9: r.odometry[0] for r in records if isinstance(r, Scan)}
+    np.testing.assert_allclose(list(scans.values()), list(scans))
+    assert not any(2 < t < 3.9 for t in scans)
+    assert len([t for t in scans if 1.1 < t < 2]) == 9
+    assert len(notices.listed()) == 2
 
 
 def test_odometry_that_jumps_is_told_and_repeats_are_left_out() -> None:
@@ -135,7 +155,7 @@ def test_odometry_that_jumps_is_told_and_repeats_are_left_out() -> None:
 
 
 @settings(max_examples=50)
-@given(st.lists(st.integers(1, 200), min_size=2, max_size=20), st.floats(0, 1))
+@given(st.lists(st.integers(1, 200), min_size=2, max_size=20), st.floats(0, 2))
 def test_forgetting_changes_nothing_for_later_times(steps, share) -> None:
     stamps = np.cumsum(steps)
     whole, short = Track(), Track()
