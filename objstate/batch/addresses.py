@@ -12,13 +12,13 @@ from typing import Any
 
 from objstate.errors import LogError
 from objstate.logs import is_log
+from objstate.logs.rosbag2 import METADATA, is_bag
 from objstate.storage import get, is_remote, joined, listed_sizes, opened, retried
 
 SURE = re.compile(r"\.(mcap|bag|db3)$", re.IGNORECASE)  # logs by their names
 TRUTHS = (".csv", ".tum")  # tables of true states and true paths, which lie beside logs
 PERHAPS = re.compile(r"(\.(log|clf|carmen|txt|gz|zstd|active))+$|^[^.]+$", re.IGNORECASE)
 HEAD = 65536  # bytes of a remote file by which its format is told
-METADATA = "metadata.yaml"  # in the folder of a ROS 2 bag
 
 
 def absolute(address: str, base: str | None = None) -> str:
@@ -147,7 +147,10 @@ def _remote_logs_in(files: Any, path: str) -> list[str]:
     if not _is_folder(files, path):
         return [path]
     inner = [PurePosixPath(str(each)) for each in files.find(path)]
-    bags = {each.parent for each in inner if each.name == METADATA}
+    held: dict[PurePosixPath, list[str]] = {}
+    for each in inner:
+        held.setdefault(each.parent, []).append(each.name)
+    bags = {folder for folder, names in held.items() if is_bag(folder.name, names)}
     alone = [each for each in inner if not bags & {*each.parents} and not _is_hidden(each, path)]
     kept = [each for each in alone if _is_remote_log(files, _as_listed(each))]
     return [_as_listed(each) for each in (*bags, *kept)]

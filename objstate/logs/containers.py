@@ -20,7 +20,7 @@ from objstate.logs.messages import Container, Message, OtherEncodingsError
 from objstate.logs.notices import Notices
 from objstate.logs.rosbag1 import MAGIC as ROSBAG1_MAGIC
 from objstate.logs.rosbag1 import Rosbag1File
-from objstate.logs.rosbag2 import METADATA, ZstdFile, storage_files
+from objstate.logs.rosbag2 import ZstdFile, is_bag, storage_files
 from objstate.logs.sqlite import MAGIC as SQLITE_MAGIC
 from objstate.logs.sqlite import SqliteFile
 
@@ -120,9 +120,11 @@ def open_messages(
 
 
 def is_log(path: Path) -> bool:
-    """Whether a file, by its content or its name, or a folder, by its metadata, is one log."""
+    """Whether a file, by its content or its name, or a folder, by its files' names, is one log."""
     if path.is_dir():
-        return (path / METADATA).is_file()
+        return is_bag(
+            path.absolute().name, [each.name for each in path.iterdir() if each.is_file()]
+        )
     if path.suffix in ENDINGS:
         return True
     if not path.is_file():

@@ -6,6 +6,7 @@ the storage files themselves are the log.
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -25,6 +26,17 @@ NAMES_SHOWN = 5  # most names in a list
 STORAGE_NAMES = (".db3", ".mcap", ".zstd")
 
 OpenFile = Callable[[Path, Notices], Container]
+
+
+def is_bag(folder: str, names: Collection[str]) -> bool:
+    """Whether a folder of this name that holds files of these names is one bag.
+
+    A recorder that is killed leaves no metadata, but the parts of ``drive`` are still called
+    ``drive_0.mcap``, ``drive_1.mcap``.
+    """
+    parts = [name for name in names if name.endswith(STORAGE_NAMES)]
+    part = re.compile(re.escape(folder) + r"_\d+\.(db3|mcap)(\.zstd)?")
+    return METADATA in names or (bool(parts) and all(map(part.fullmatch, parts)))
 
 
 def storage_files(folder: Path, notices: Notices) -> list[Path]:

@@ -39,6 +39,19 @@ def test_a_prefix_of_a_bucket_is_a_folder_of_logs(fleet: Path) -> None:
     assert find_logs(str(fleet)) == [str(fleet / name) for name in LOGS]
 
 
+def test_parts_of_a_bag_whose_metadata_is_missing_are_one_log(tmp_path: Path) -> None:
+    for name in ("run/run_0.mcap", "run/run_10.mcap", "day/run_0.mcap", "day/run_1.mcap"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("nothing")
+    logs = ["day/run_0.mcap", "day/run_1.mcap", "run"]
+    assert find_logs(str(tmp_path)) == [str(tmp_path / name) for name in logs]
+    assert find_logs(str(tmp_path / "run")) == [str(tmp_path / "run")]
+    fsspec.filesystem("memory").put(str(tmp_path), "/bucket/killed", recursive=True)
+    assert find_logs("memory://bucket/killed") == [f"memory:///bucket/killed/{n}" for n in logs]
+    (tmp_path / "run" / "other.mcap").write_text("nothing")
+    assert len(find_logs(str(tmp_path / "run"))) == 3
+
+
 def test_a_page_of_links_is_a_folder_of_logs(fleet: Path) -> None:
     pytest.importorskip("aiohttp")
     with served(fleet) as address:
