@@ -218,7 +218,9 @@ class Converter:
         """The header's time; where it is zero, the recorder's, on the clock of the headers."""
         stamp_ns = header_ns(stamped)
         if stamp_ns == 0:
-            self._notices.add(f"{message.topic} has no header times: recording times are used")
+            self._notices.add(
+                f"A message on {message.topic} has no header time: its recording time is used"
+            )
             return message.recorded_ns - self._between_clocks_ns
         delay_ns = message.recorded_ns - stamp_ns
         if abs(delay_ns - self._delays_ns.get(message.topic, delay_ns)) > CLOCK_JUMP_NS:

@@ -208,7 +208,7 @@ def test_zero_header_times_fall_back_to_the_recording_times(drive, tmp_path, sta
     drive.odometry(0).scan(None, frame="base_link", recorded=0.5).odometry(1)
     records, log = read(drive, tmp_path)
     assert of(Scan, records)[0].stamp_ns == start_ns + 500_000_000
-    assert any("/scan has no header times" in warning for warning in log.warnings)
+    assert any("message on /scan has no header time:" in warning for warning in log.warnings)
 
 
 @pytest.mark.parametrize("without", ["/initialpose", "/scan", "/odom"])
