@@ -9,7 +9,6 @@ import numpy as np
 
 from objstate.geometry import FloatArray, is_covariance
 from objstate.logs.frames import frame_name
-from objstate.logs.notices import Notices
 from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
 
 MAP = "map"
@@ -59,13 +58,11 @@ def particle_cloud_belief(message: Any, stamp_ns: int) -> RobotBelief:
     return RobotBelief(stamp_ns, poses, weights / weights.sum())
 
 
-def is_in_map(message: Any, topic: str, notices: Notices) -> bool:
-    """Whether a belief is about the building's frame; a notice says where it is not."""
+def check_frame(message: Any) -> None:
+    """Raises ValueError for a belief that is not about the building's frame."""
     frame = frame_name(message.header.frame_id)
-    if frame.rpartition("/")[2] == MAP:
-        return True
-    notices.add(f"{topic} is in the frame '{frame}', not '{MAP}': not used as a belief")
-    return False
+    if frame.rpartition("/")[2] != MAP:
+        raise ValueError(f"it is in the frame '{frame}', not '{MAP}'")
 
 
 def _gaussian(message: Any) -> tuple[FloatArray, FloatArray | None]:

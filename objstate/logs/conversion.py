@@ -12,9 +12,9 @@ import numpy as np
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, compose, pose_from_transform
 from objstate.logs.beliefs import (
+    check_frame,
     gaussian_belief,
     initial_pose,
-    is_in_map,
     particle_cloud_belief,
     plane_pose,
     pose_array_belief,
@@ -201,9 +201,8 @@ class Converter:
     def _beliefs(
         self, convert: Callable[[Any, int], Belief], message: Message, decoded: Any
     ) -> Iterator[Item]:
-        if not is_in_map(decoded, message.topic, self._notices):
-            return
         try:
+            check_frame(decoded)
             belief = convert(decoded, self._stamp_ns(message, decoded))
         except ValueError as error:
             self._notices.drop(f"Belief on {message.topic}", str(error))

@@ -346,9 +346,8 @@ def _drive_through(
 def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
     """Raise LogError where the robot's pose was never known."""
     if options.belief == "recorded" and not any(kind in log.counts for kind in RECORDED_BELIEFS):
-        why = "; ".join(_unused_beliefs(log)) or (
-            "a PoseArray, ParticleCloud or PoseWithCovarianceStamped"
-        )
+        beliefs = [fact for fact in _dropped_poses(log) if "initialpose" not in fact.lower()]
+        why = "; ".join(beliefs) or "a PoseArray, ParticleCloud or PoseWithCovarianceStamped"
         raise LogError(
             f"The log holds no robot belief that can be used ({why}); localize with --belief own."
         )
@@ -356,17 +355,17 @@ def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
         raise LogError(unknown_start(log, options))
 
 
-def _unused_beliefs(log: Log) -> list[str]:
-    """What the log's warnings say of poses and beliefs that weren't used."""
-    named = "/initialpose", InitialPose.__name__, "Belief", "belief"
-    return [warning for warning in log.warnings if any(name in warning for name in named)]
+def _dropped_poses(log: Log) -> list[str]:
+    """The log's initial poses and robot beliefs that were dropped, and why."""
+    named = "/initialpose", InitialPose.__name__, "Belief"
+    return [f for f in log.counts if " dropped: " in f and any(name in f for name in named)]
 
 
 def unknown_start(log: Log, options: RunOptions) -> str:
     """What to say where no usable initial pose was found in a log, or in the part that was read."""
     where = "the log holds no /initialpose"
-    if unusable := _unused_beliefs(log):
-        where = "; ".join(unusable)
+    if dropped := _dropped_poses(log):
+        where = "; ".join(dropped)
     elif options.topics is not None:
         where = "the topics that are read hold no /initialpose"
     elif options.start is not None:

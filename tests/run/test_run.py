@@ -146,6 +146,8 @@ def test_an_initial_pose_that_is_no_pose_is_named(
     log = recorded(tmp_path)
     with pytest.raises(LogError, match="/initialpose dropped: the pose is not finite"):
         estimate_log([log], building, tmp_path / "out")
+    with pytest.raises(LogError, match=r"can be used \(a PoseArray, ParticleCloud or"):
+        estimate_log([log], building, tmp_path / "out", RunOptions(belief="recorded"))
 
 
 def test_a_log_is_the_same_by_what_is_read_of_it() -> None:
@@ -426,10 +428,12 @@ def test_inputs_are_found_again_when_they_move_with_the_result(tmp_path: Path) -
     [
         "InitialPose dropped: more than 1 s behind others in the log; do all clocks agree?",
         "Belief on /amcl_pose dropped: its covariance is not finite",
-        "/initialpose is in the frame 'odom', not 'map': not used as a belief",
+        "Belief on /initialpose dropped: it is in the frame 'odom', not 'map'",
+        "Message on /robot1/initialpose dropped: it is damaged",
     ],
 )
 def test_a_start_that_was_dropped_is_not_called_missing(dropped: str) -> None:
-    log: Any = SimpleNamespace(warnings=["/odom has no header times", dropped])
+    others = "Odometry dropped: a second one of the same stamp", "InitialPose"
+    log: Any = SimpleNamespace(counts=dict.fromkeys([*others, dropped], 1))
     told = unknown_start(log, RunOptions())
     assert told.startswith(f"The robot's start is unknown: {dropped}; give --initial-pose")
