@@ -30,6 +30,8 @@ SMALLEST_JUMP = 0.2
 
 # m; velocities that lead so far while poses stay the same are of a driver that fills in no poses
 FARTHEST_STANDING = 2.0
+# m/s; a smaller velocity is noise of a robot that stands, and leads nowhere however long it lasts
+SLOWEST = 0.02
 
 
 class Standing:
@@ -46,7 +48,8 @@ class Standing:
         if last is None or not np.array_equal(last.pose, odometry.pose):
             self._led_m = 0.0
             return
-        self._led_m += speed * min(max(odometry.stamp_ns - last.stamp_ns, 0), WAIT_NS) * 1e-9
+        if speed >= SLOWEST:
+            self._led_m += speed * min(max(odometry.stamp_ns - last.stamp_ns, 0), WAIT_NS) * 1e-9
         if self._led_m > FARTHEST_STANDING:
             self._led_m = 0.0
             self._notices.add(

@@ -104,6 +104,13 @@ def test_odometry_of_velocities_alone_is_told(drive, tmp_path, speed, moves) -> 
     assert told == (speed == 1.0 and not moves)
 
 
+def test_a_robot_that_stands_for_an_hour_has_poses(drive, tmp_path) -> None:
+    for second in range(3600):
+        drive.odometry(second, speed=0.001).scan(second, frame="base_link")
+    _, log = read(drive, tmp_path)
+    assert log.warnings == []
+
+
 @pytest.mark.parametrize("robot", ["", "robot1/"])
 def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path, robot) -> None:
     odom, footprint, base, laser = (
