@@ -137,6 +137,7 @@ class CarmenFile:
     def _all_messages(self) -> Iterator[Message]:
         parameters: dict[str, str] = {}
         mounted: set[str] = set()
+        unread: dict[str, None] = {}
         latest_ns = 0
         for words in self._lines():
             if words[0] == "PARAM" and len(words) > 2:
@@ -155,6 +156,24 @@ class CarmenFile:
                     yield self._mounting(reading, parameters)
                 yield _odometry("/odom", reading.robot_pose, reading.stamp_ns)
                 yield _scan(reading, self._range_max(reading, parameters))
+            elif UNREAD.fullmatch(words[0]):
+                unread[words[0]] = None
+        for keyword in unread:
+            self._tell_unread(keyword, mounted)
+
+    def _tell_unread(self, keyword: str, mounted: Collection[str]) -> None:
+        """Note laser lines that weren't read, unless they repeat what those of ``mounted`` hold."""
+        laser = {"1": FRONT, "2": REAR}.get(keyword[-1])
+        if laser is None:
+            self._notices.add(
+                f"{self.path.name}: {keyword} lines are left out: of CARMEN's lasers, only the front "
+                "and the rear one are read"
+            )
+        elif laser.frame not in mounted:
+            self._notices.add(
+                f"{self.path.name}: {keyword} lines are left out, since they lack the robot's pose: "
+                f"log the ROBOTLASER{keyword[-1]} messages of CARMEN's robot module"
+            )
 
     def _lines(self) -> Iterator[list[str]]:
         with self.path.open("rb") as raw:
@@ -290,9 +309,12 @@ PARSERS: dict[str, Callable[[list[str]], Reading]] = {
     "ROBOTLASER2": lambda words: _new_laser(REAR, words),
 }
 
-KEYWORDS = {b"PARAM", b"ODOM", *(name.encode() for name in PARSERS)}
+# lines of raw lasers, and of lasers beyond the front and the rear one
+UNREAD = re.compile(r"RAWLASER\d|(?:ROBOT)?LASER[3-9]")
+
+KEYWORDS = "|".join(("PARAM", "ODOM", *PARSERS, UNREAD.pattern))
 # At the begin of a line, and a whole word
-BEGINS = re.compile(rb"(?:\A|[\r\n])(?:" + b"|".join(sorted(KEYWORDS)) + rb")(?=[ \r\n]|\Z)")
+BEGINS = re.compile(rb"(?:\A|[\r\n])(?:" + KEYWORDS.encode() + rb")(?=[ \r\n]|\Z)")
 
 
 def _half_circle(count: int) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from objstate.errors import LogError
 from objstate.logs import open_log, open_messages
 from objstate.logs.carmen import LASER_HEIGHT
 from objstate.records import Odometry, Scan
@@ -141,3 +142,29 @@ def test_gzipped_or_not_is_the_same(tmp_path) -> None:
     packed = tmp_path / "b"
     packed.write_bytes(gzip.compress(plain.read_bytes()))
     assert list(open_messages(plain)) == list(open_messages(packed))
+
+
+RAW = "0 -1.57 3.14 0.785 80.0 0.01 0 5 1 2 3 4 5 0 {t} host {t}\n"
+
+
+def test_raw_lasers_without_the_robots_pose_are_told_with_the_cure(tmp_path) -> None:
+    lines = (f"RAWLASER1 {RAW.format(t=t)}ODOM 0 0 0 0 0 0 {t} host {t}\n" for t in (5.0, 6.0))
+    log = open_log(write(tmp_path / "a.log", *lines))
+    with pytest.raises(LogError, match=r"RAWLASER1 lines are left out.*log the ROBOTLASER1"):
+        list(log)
+
+
+def test_raw_lasers_beside_lines_with_the_pose_say_the_same_and_are_skipped(tmp_path) -> None:
+    lines = (f"RAWLASER1 {RAW.format(t=t)}{laser_line('FLASER', 5, t)}" for t in (5.0, 6.0))
+    log = open_log(write(tmp_path / "a.log", *lines))
+    assert sum(isinstance(record, Scan) for record in log) == 2
+    assert log.warnings == []
+
+
+@pytest.mark.parametrize("keyword", ["RAWLASER3", "ROBOTLASER3", "LASER4"])
+def test_lasers_beyond_the_second_are_told(keyword, tmp_path) -> None:
+    path = write(tmp_path / "a.log", f"{keyword} {RAW.format(t=5.0)}", laser_line("FLASER", 5, 5.0))
+    log = open_log(path)
+    assert sum(isinstance(record, Scan) for record in log) == 1
+    (told,) = log.warnings
+    assert f"{keyword} lines are left out: of CARMEN's lasers, only the front" in told
