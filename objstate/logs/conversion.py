@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -86,7 +86,7 @@ class Converter:
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
             self._surveyed_delay_ns = found.delay_ns or 0
-            self._odometry_edge = self._find_odometry_in_tf()
+            self._odometry_edge = self._find_odometry_in_tf(found.laser_frames.values())
             for topic, laser in found.laser_frames.items():
                 if topic not in self._duplicates:
                     self._find_mounting(laser)
@@ -96,14 +96,17 @@ class Converter:
                 "--topics chooses otherwise"
             )
 
-    def _find_odometry_in_tf(self) -> tuple[str, str] | None:
+    def _find_odometry_in_tf(self, lasers: Collection[str]) -> tuple[str, str] | None:
         """Odometry frame and robot frame in tf; None where there is an odometry topic."""
         if self._roles.odometry is not None:
             return None
         read_tf_until(
-            lambda: odometry_root(self._tree) is not None, self._messages, self._roles, self._tree
+            lambda: odometry_root(self._tree, lasers) is not None,
+            self._messages,
+            self._roles,
+            self._tree,
         )
-        edge = odometry_root(self._tree)
+        edge = odometry_root(self._tree, lasers)
         if edge is None:
             roles = self._roles
             check_left_out(roles.types, ODOMETRY, "odometry", are_chosen=roles.are_chosen)

@@ -8,7 +8,7 @@ name in front, as in ``robot1/base_link``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -169,13 +169,18 @@ class Mountings:
         """Transform (4, 4) of the laser in the base on the floor.
 
         The same array is returned for as long as the mounting stays the same. Raises LogError where
-        it is unknown.
+        it is unknown, or the laser on another robot.
         """
         if laser in self._given:
             return self._given[laser]
         if not self.is_known(laser, base):
             raise LogError(self._unknown(laser, base))
         edges = self.tree.path(laser, base)
+        if beyond := next((p for p, _ in edges[1] if _last_name(p) in ODOMETRY_FRAMES), None):
+            raise LogError(
+                f"The laser '{laser}' is not on the robot: tf leads from '{base}' to it only by way "
+                f"of '{beyond}', as to another robot; choose the topics of one with --topics."
+            )
         known = self._known.get(laser)
         if known is not None and known[0] == edges:
             return known[1]
@@ -217,14 +222,20 @@ class Mountings:
         )
 
 
-def odometry_root(tree: FrameTree) -> tuple[str, str] | None:
-    """The odometry frame in tf and the robot's frame below it, where there are such."""
-    for name in (BASE, FLOOR):
-        for robot in sorted((f for f in tree.frames if _last_name(f) == name), key=len):
-            for frame in tree.ancestors(robot)[1:]:
-                if _last_name(frame) in ODOMETRY_FRAMES:
-                    return frame, robot
-    return None
+def odometry_root(tree: FrameTree, lasers: Collection[str]) -> tuple[str, str] | None:
+    """The odometry frame in tf and the robot's frame below it, where there are such.
+
+    Of several robots it is that of one of the ``lasers``, given by their frames.
+    """
+    found = [
+        (frame, robot)
+        for name in (BASE, FLOOR)
+        for robot in sorted((f for f in tree.frames if _last_name(f) == name), key=len)
+        for frame in tree.ancestors(robot)[1:]
+        if _last_name(frame) in ODOMETRY_FRAMES
+    ]
+    own = {frame for laser in lasers for frame in tree.ancestors(laser)}
+    return next((edge for edge in found if edge[0] in own), found[0] if found else None)
 
 
 def _last_name(frame: str) -> str:

@@ -263,7 +263,7 @@ class _Survey:
         topics = [topic for topic, name in self._types.items() if name == ODOMETRY]
         if topics:
             return odometry_topic(topics, Notices())
-        edge = odometry_root(self.tree)
+        edge = odometry_root(self.tree, self.lasers)
         return f"tf from {edge[0]} to {edge[1]}" if edge else None
 
     def laser_summaries(self, mounts: Mapping[str, FloatArray]) -> tuple[LaserSummary, ...]:
@@ -274,7 +274,7 @@ class _Survey:
         )
 
     def _mounting(self, mountings: Mountings, frame: str) -> FloatArray | None:
-        edge = odometry_root(self.tree)
+        edge = odometry_root(self.tree, self.lasers)
         base = mountings.base(self._odometry_child or (edge[1] if edge else BASE))
         try:
             return mountings.mounting(frame, base)

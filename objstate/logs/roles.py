@@ -67,10 +67,10 @@ def check_left_out(types: Mapping[str, str], kind: str, what: str, *, are_chosen
 
 
 def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices: Notices) -> Roles:
-    """Roles by the topics' types, among the ``chosen`` ones if any; tf is always read.
+    """Roles by the topics' types, among the ``chosen`` ones if any; the lasers' tf is always read.
 
     Raises LogError where a chosen topic is not in the log or of no use, where no topic
-    holds scans, and where neither odometry nor tf is there.
+    holds scans or those of several robots do, and where neither odometry nor tf is there.
     """
     if chosen is not None:
         _check_chosen(chosen, types)
@@ -81,7 +81,7 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
         raise LogError(
             f"No topic holds laser scans ({LASER_SCAN}). {_made_of_others(types)}{_listed(types)}"
         )
-    tf = frozenset(topic for topic, name in types.items() if name in TF)
+    tf = _tf_of(lasers, types)
     odometry = odometry_topic(_of_type(usable, ODOMETRY), notices)
     if odometry is None and not tf:
         check_left_out(types, ODOMETRY, "odometry", are_chosen=chosen is not None)
@@ -102,6 +102,27 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
         are_chosen=chosen is not None,
         types=types,
     )
+
+
+def _tf_of(lasers: frozenset[str], types: Mapping[str, str]) -> frozenset[str]:
+    """The tf topics in whose namespaces the lasers are; all, where there are none such.
+
+    Raises LogError where the lasers are in the namespaces of several robots, each with its tf.
+    """
+    tf = sorted((topic for topic, name in types.items() if name in TF), key=len)
+    around = [[t for t in tf if laser.lstrip("/").startswith(_namespace(t))] for laser in lasers]
+    robots = {next(filter(None, map(_namespace, topics)), "") for topics in around} - {""}
+    if len(robots) > 1:
+        raise LogError(
+            f"The log has scans and tf of several robots ({', '.join(sorted(robots))}); choose the "
+            "topics of one with --topics."
+        )
+    return frozenset(topic for topics in around for topic in topics) or frozenset(tf)
+
+
+def _namespace(topic: str) -> str:
+    """What stands before a topic's last name: ``robot1/`` of ``/robot1/tf``."""
+    return "".join(topic.lstrip("/").rpartition("/")[:2])
 
 
 def odometry_topic(topics: Collection[str], notices: Notices) -> str | None:

@@ -128,6 +128,41 @@ def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path, robot) 
     np.testing.assert_allclose(of(Scan, records)[0].odometry, [0.625, 0, 0])
 
 
+def add_robot(drive, name, frames, tf, *, y) -> None:
+    """A robot that drives along x at some y, with odometry in tf alone."""
+    for t in (0, 1, 2):
+        drive.tf(t, f"{frames}base_link", f"{frames}laser", (0.2, 0, 0.3), topic=f"{tf}_static")
+        drive.tf(t, "map", f"{frames}odom", topic=tf)
+        drive.tf(t, f"{frames}odom", f"{frames}base_link", (t, y, 0), topic=tf)
+        drive.scan(t, topic=f"/{name}/scan", frame=f"{frames}laser")
+
+
+@pytest.mark.parametrize(
+    ("prefixed", "told"), [(True, "'r2/laser' is not on the robot"), (False, r"\(r1/, r2/\)")]
+)
+def test_of_several_robots_one_is_read_that_is_chosen(drive, tmp_path, prefixed, told) -> None:
+    for name, y in (("r1", 0.0), ("r2", 5.0)):
+        frames, tf = (f"{name}/", "/tf") if prefixed else ("", f"/{name}/tf")
+        add_robot(drive, name, frames, tf, y=y)
+    drive.messages.sort(key=lambda message: message[2])
+    with pytest.raises(LogError, match=told):
+        read(drive, tmp_path)
+    for name, y in (("r1", 0.0), ("r2", 5.0)):
+        records, log = read(drive, tmp_path, topics=[f"/{name}/scan"])
+        assert log.counts == {"Odometry": 3, "Scan": 3}
+        np.testing.assert_allclose(of(Scan, records)[-1].odometry, [2, y, 0])
+        np.testing.assert_allclose(of(Scan, records)[-1].rays.origins[0], [0.2, 0, 0.3])
+
+
+def test_a_robot_in_a_namespace_is_read_with_all_of_its_tf(drive, tmp_path) -> None:
+    add_robot(drive, "r1/front", "", "/r1/tf", y=0.0)
+    records, _ = read(drive, tmp_path)
+    np.testing.assert_allclose(of(Scan, records)[-1].odometry, [2, 0, 0])
+    add_robot(drive, "scanner", "", "/r1/tf", y=0.0)
+    records, _ = read(drive, tmp_path, topics=["/scanner/scan"])
+    np.testing.assert_allclose(of(Scan, records)[-1].odometry, [2, 0, 0])
+
+
 def test_without_any_odometry_the_error_says_so(drive, new_drive, tmp_path) -> None:
     with pytest.raises(LogError, match="No topic holds odometry"):
         read(drive.scan(0), tmp_path)
