@@ -224,7 +224,7 @@ class _Survey:
         self._types: dict[str, str] = {}
         self._spans: dict[str, tuple[int, int, int]] = {}  # count, earliest, latest
         self._clocks: dict[str, _Clock] = {}
-        self._odometry_child: str | None = None
+        self._children: dict[str, str] = {}  # the robot's frame in odometry, by topic
 
     def note(self, message: Message) -> None:
         recorded_ns = message.recorded_ns
@@ -248,7 +248,7 @@ class _Survey:
         clock = self._clocks.setdefault(message.topic, _Clock())
         clock.note(header_ns(decoded), message.recorded_ns)
         if message.type == ODOMETRY:
-            self._odometry_child = frame_name(decoded.child_frame_id) or BASE
+            self._children[message.topic] = frame_name(decoded.child_frame_id) or BASE
         else:
             frame = frame_name(decoded.header.frame_id)
             self.lasers.setdefault(frame, _Laser(decoded)).note(message.topic, decoded)
@@ -275,9 +275,9 @@ class _Survey:
 
     def _mounting(self, mountings: Mountings, frame: str) -> FloatArray | None:
         edge = odometry_root(self.tree, self.lasers)
-        base = mountings.base(self._odometry_child or (edge[1] if edge else BASE))
+        child = self._children.get(self.odometry() or "", edge[1] if edge else BASE)
         try:
-            return mountings.mounting(frame, base)
+            return mountings.mounting(frame, mountings.base(child))
         except LogError:
             return None  # reading the records reports it
 

@@ -81,6 +81,19 @@ def test_a_robots_name_in_front_of_its_frames_doesnt_hide_its_lasers(drive, tmp_
     assert summary.lasers[0].xyz == pytest.approx((0.2, 0, 0.3))
 
 
+def test_lasers_are_shown_on_the_robot_whose_odometry_is_used(drive, tmp_path) -> None:
+    for robot in ("robot1", "robot2"):
+        drive.tf(0, "map", f"{robot}/odom").tf(0, f"{robot}/odom", f"{robot}/base_link")
+        drive.tf(0, f"{robot}/base_link", f"{robot}/laser", (0.2, 0, 0.3))
+        drive.odometry(0, topic=f"/{robot}/odom", child=f"{robot}/base_link")
+        drive.scan(0, topic=f"/{robot}/scan", frame=f"{robot}/laser")
+    summary = inspect_log(drive.mcap(tmp_path / "log.mcap"))
+    assert summary.odometry == "/robot1/odom"
+    mountings = {laser.frame: laser.xyz for laser in summary.lasers}
+    assert mountings == {"robot1/laser": pytest.approx((0.2, 0, 0.3)), "robot2/laser": None}
+    assert any("'robot2/laser' is not on the robot" in problem for problem in summary.problems)
+
+
 def test_angles_in_degrees_are_named(drive, tmp_path) -> None:
     drive.odometry(0).scan(
         0, frame="base_link", angle_min=-90.0, angle_max=90.0, angle_increment=90
