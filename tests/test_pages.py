@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.parametrize(
-    ("page", "printing"), [("maintenance.md", 3), ("planning.md", 8), ("world.md", 0)]
+    ("page", "printing"), [("maintenance.md", 3), ("planning.md", 9), ("world.md", 0)]
 )
 def test_the_examples_print_what_stands_there(
     page: str, printing: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
