@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 ESTIMATES = "estimates.parquet"
 SMOOTHED = "smoothed.parquet"  # the same rows, given the whole log
-FITS = 20  # number of last observing scans whose median fit counts: one may have few beams
-LEAST_FIT = 0.5  # an object whose most probable states explain less is told of
 ROWS_IN_MEMORY = 20_000  # about 7 MB
 COLUMNS = (
     "stamp",
@@ -101,16 +99,6 @@ def read_estimates(folder: str | Path) -> pl.DataFrame:
     is localized: ``p_closed`` and ``p_localized`` are null there. Their ``median`` is the mean.
     """
     return _read_table(Path(folder) / ESTIMATES)
-
-
-def median_fits(estimates: pl.DataFrame) -> dict[str, float]:
-    """The median ``fit`` of each object's last ``FITS`` observing scans; lowest first."""
-    import polars as pl
-
-    observed = estimates.filter(pl.col("observed") & ~pl.col("lost"))
-    scans = observed.unique(["stamp", "object"], keep="first", maintain_order=True)
-    fits = scans.group_by("object").agg(pl.col("fit").tail(FITS).median()).sort("fit", "object")
-    return dict(fits.iter_rows())
 
 
 def read_states(folder: str | Path, *, filtered: bool = False) -> pl.DataFrame:

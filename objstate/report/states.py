@@ -9,7 +9,7 @@ from objstate.building.model import COORDINATES, Kind
 from objstate.evaluation import LatestState
 from objstate.evaluation.units import UNITS
 from objstate.order import natural_key
-from objstate.recording.tables import LEAST_FIT, P_CLOSED, median_fits
+from objstate.recording.tables import P_CLOSED
 from objstate.report.judgement import Judged
 from objstate.report.markup import Cell, Row, table, text
 from objstate.report.material import Material
@@ -38,24 +38,13 @@ def states_table(
         for state in latest
     )
     with_truth = material.truth is not None
-    fits = median_fits(material.estimates)
-    with_fits = min(fits.values(), default=1.0) < LEAST_FIT
     headings = [
-        "object", "state", *(label for label, _ in FOLLOWED), *(("fit",) if with_fits else ()),
+        "object", "state", *(label for label, _ in FOLLOWED),
         *(("there",) if with_presence else ()), *(("truth", "error") if with_truth else ()),
     ]  # fmt: skip
     closed = _closed(material.estimates)
     rows = [
-        _row(
-            material,
-            state,
-            by_state,
-            numbers,
-            closed,
-            fits if with_fits else None,
-            with_presence,
-            with_truth,
-        )
+        _row(material, state, by_state, numbers, closed, with_presence, with_truth)
         for state in sorted(latest, key=lambda state: _rank(state, by_state))
     ]
     return table(headings, rows, "sortable filterable states")
@@ -79,7 +68,6 @@ def _row(
     by_state: Mapping[tuple[str, str], Judged],
     numbers: Mapping[str, int],
     closed: Mapping[tuple[str, int], float],
-    fits: Mapping[str, float] | None,
     with_presence: bool,
     with_truth: bool,
 ) -> Row:
@@ -101,9 +89,6 @@ def _row(
             "seen",
         ),
     ]
-    if fits is not None:
-        fit = fits.get(estimate.object)
-        cells.append("–" if fit is None else Cell(f"{fit:.0%}", round(fit, 4)))
     if with_presence:
         cells.append(Cell(f"{estimate.presence:.0%}", round(estimate.presence, 4)))
     if with_truth:

@@ -11,6 +11,8 @@ from objstate.report.judgement import Judged, judged
 from objstate.report.material import Material
 
 LEAST_PRESENCE = 0.5  # furniture less likely to be there at all is worth a word
+LEAST_FIT = 0.5  # so is an object whose best state explains fewer of the beams on it,
+FITS = 20  # number of last observing scans whose median counts: a single one may have few beams
 UNSURE = {"deg": 20.0, "m": 0.2}  # an interval so wide is worth a word
 NAMES_SHOWN = 8  # most names in a list
 
@@ -36,6 +38,13 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
     gone = _names(state for state in latest if state.estimate.presence < LEAST_PRESENCE)
     if gone:
         yield f"Probably not there at all any more: {_some(gone)}."
+    strange = _badly_fitting(material)
+    if strange:
+        yield (
+            f"Even the best state of {_some(strange)} explains less than half of the beams on "
+            "it: something that isn't in the building stands there, or the model of the object is "
+            "wrong. The state may be right all the same."
+        )
     yield from _of_verdicts(judged(latest, material.symmetry))
 
 
@@ -55,6 +64,19 @@ def _of_verdicts(states: Iterable[Judged]) -> Iterator[str]:
         names = _names(each.state for each in known if each.verdict == kind)
         if names:
             yield told.format(_some(names))
+
+
+def _badly_fitting(material: Material) -> list[str]:
+    """The objects that no state explains well."""
+    import polars as pl
+
+    fits = (
+        material.estimates.filter(pl.col("observed") & ~pl.col("lost"))
+        .unique(["stamp", "object"], keep="first", maintain_order=True)
+        .group_by("object", maintain_order=True)
+        .agg(pl.col("fit").tail(FITS).median())
+    )
+    return sorted(fits.filter(pl.col("fit") < LEAST_FIT)["object"], key=natural_key)
 
 
 def _names(states: Iterable[LatestState]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from objstate.building.model import Building
@@ -11,7 +11,6 @@ from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
 from objstate.logs.frames import frame_name
-from objstate.recording.tables import LEAST_FIT
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
@@ -75,18 +74,6 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_being_lost(drive, estimator, options),
         *_of_objects(drive, estimator, options),
         *_of_hinges(estimator),
-    ]
-
-
-def doubts_of_fits(fits: Mapping[str, float]) -> list[str]:
-    """A warning where there are objects that no state explains well."""
-    names = [name for name, fit in fits.items() if fit < LEAST_FIT]
-    if not names:
-        return []
-    return [
-        f"The most probable state of {len(names)} of {len(fits)} observed objects explains less "
-        f"than half of the beams on it (column 'fit'): {', '.join(names)}. Don't rely on these states: "
-        "an obstacle that isn't in the building stands there, or the object's model is wrong."
     ]
 
 

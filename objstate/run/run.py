@@ -25,13 +25,7 @@ from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.scans import SCANS, ScanWriter
 from objstate.recording.summary import SUMMARY, write_summary
-from objstate.recording.tables import (
-    ESTIMATES,
-    SMOOTHED,
-    EstimateWriter,
-    median_fits,
-    read_estimates,
-)
+from objstate.recording.tables import ESTIMATES, SMOOTHED, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import (
     GaussianRobotBelief,
@@ -40,7 +34,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.run.doubts import doubts, doubts_of_fits, failures, lost_share
+from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
 from objstate.run.inputs import (
     BuildingInput,
@@ -213,7 +207,6 @@ def estimate_log(
                 *log.warnings,
                 *estimator.warnings,
                 *doubts(drive, estimator, options),
-                *doubts_of_fits(median_fits(read_estimates(folder))),
                 *([] if floor is None else floor.doubts()),
             ),
             failures=tuple(failed),

@@ -13,7 +13,6 @@ from objstate.records import Estimate
 from objstate.report.events import events_table
 from objstate.report.material import Material, read_material
 from objstate.report.reading import figure, span
-from objstate.report.states import states_table
 from objstate.report.words import warnings
 from tests.report.pages import as_table
 
@@ -53,14 +52,12 @@ def test_what_is_wrong_is_said_once(
     assert word in said
 
 
-def test_fits_have_a_column_where_one_is_low(material: Material) -> None:
-    latest = [LatestState(SURE, None, None)]
-    pages = []
-    for fit in (0.9, 0.2):
-        known = replace(material, estimates=as_table([replace(SURE, fit=fit)]))
-        pages.append(states_table(known, latest, (), {"office_door": 0}))
-    assert ["fit" in page for page in pages] == [False, True]
-    assert "20%" in pages[1]
+def test_an_object_that_no_state_explains_is_named(material: Material) -> None:
+    rows = [replace(SURE, stamp_ns=k, fit=0.9 if k < 50 else 0.2) for k in range(80)]
+    once = [replace(SURE, stamp_ns=k, fit=0.9 if k < 79 else 0.0) for k in range(80)]
+    told = [warnings(replace(material, estimates=as_table(table)), []) for table in (rows, once)]
+    found = ["best state of office_door explains" in " ".join(each) for each in told]
+    assert found == [True, False]
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,8 @@ import pytest
 from objstate.building import load_building
 from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
-from objstate.recording.tables import EstimateWriter, median_fits, read_estimates
-from objstate.records import Estimate
 from objstate.run import RunOptions, estimate_log
-from objstate.run.doubts import doubts, doubts_of_fits, failures, lost_share
+from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
 from objstate.world.store import open_store
 
@@ -91,25 +89,6 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
     assert hung.startswith("The hinges of 4 doors seem to be elsewhere: 'door_0' 0.10 m east")
     assert hung.endswith("less exactly than 0.01 m, state it (building_error.hinge_std_m).")
-
-
-def test_objects_that_no_state_explains_are_one_warning(tmp_path: Path) -> None:
-    fits = {
-        "well": [0.2] * 50 + [0.9] * 20,
-        "badly": [0.9] * 50 + [0.2] * 20,
-        "once": [0.9] * 69 + [0.0],
-        "lost": [0.9] * 20 + [0.0] * 50,
-    }
-    first = Estimate(0, "", "angle", 0.5, 0.01, 0.48, 0.52, True)
-    with EstimateWriter(tmp_path) as table:
-        for name, shares in fits.items():
-            for k, fit in enumerate(shares):
-                is_lost = name == "lost" and k >= 20
-                table.write([replace(first, stamp_ns=k, object=name, fit=fit, lost=is_lost)])
-    (told,) = doubts_of_fits(median_fits(read_estimates(tmp_path)))
-    assert told.startswith("The most probable state of 1 of 4 observed objects")
-    assert "(column 'fit'): badly." in told
-    assert doubts_of_fits({"well": 0.9}) == []
 
 
 def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
