@@ -64,7 +64,8 @@ def in_time_order(
                 )
             notices.drop(
                 type(item).__name__.replace("Sweep", "Scan"),
-                f"more than {window_ns / 1e9:g} s behind others in the log; do all clocks agree?",
+                f"more than {window_ns / 1e9:g} s behind others in the log; do all clocks agree, and "
+                "are its messages sorted by time?",
             )
             continue
         now_ns = max(now_ns, arrival.recorded_ns)

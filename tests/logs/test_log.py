@@ -381,6 +381,15 @@ def test_useless_poses_are_dropped_and_told(drive, tmp_path) -> None:
     assert sum("dropped" in warning for warning in log.warnings) == 2
 
 
+def test_messages_that_are_recorded_twice_count_once(new_drive, tmp_path) -> None:
+    once = new_drive().straight()
+    twice = new_drive()
+    twice.messages = [message for message in once.messages for _ in range(2)]
+    records, log = read(twice, tmp_path)
+    assert len(of(Scan, records)) == len(of(Scan, read(once, tmp_path)[0]))
+    assert log.warnings == ["Scan dropped: a second one of the same stamp (16 times)"]
+
+
 def test_reading_twice_gives_the_same(drive, tmp_path) -> None:
     log = open_log(drive.straight().mcap(tmp_path / "log.mcap"))
     assert [r.stamp_ns for r in log] == [r.stamp_ns for r in log]
