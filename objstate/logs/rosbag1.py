@@ -46,9 +46,9 @@ class Rosbag1File:
         return min(self._position / self._size, 1.0)
 
     def topics(self) -> Mapping[str, MessageType]:
-        """Message types by topic: from the index, else by reading the bag through."""
-        self._learn_from_index()
-        if not self._connections:
+        """Message types by topic: from the index, or where it lacks some by reading the bag through."""
+        count = self._learn_from_index()
+        if len(self._connections) < max(count, 1):
             silent = Rosbag1File(self.path, Notices())
             for _ in silent.messages(topics=()):
                 pass
@@ -116,17 +116,19 @@ class Rosbag1File:
         name = f"{package}/msg/{short}"
         self._connections[header[b"conn"]] = (topic, MessageType(name, ROS1, text))
 
-    def _learn_from_index(self) -> None:
+    def _learn_from_index(self) -> int:
+        """Learn the topics in the index, which may be cut off; how many there should be."""
         with self.path.open("rb") as file:
             file.seek(len(MAGIC))
             header, _, _ = next(_records(file), ({}, b"", False))
             index = int.from_bytes(header.get(b"index_pos", b""), "little")
             if _kind(header) != BAG_HEADER or not 0 < index < self._size:
-                return
+                return 0
             file.seek(index)
-            for header, data, is_whole in _records(file):
-                if is_whole and _kind(header) == CONNECTION:
-                    self._learn(header, data)
+            for inner, data, is_whole in _records(file):
+                if is_whole and _kind(inner) == CONNECTION:
+                    self._learn(inner, data)
+            return int.from_bytes(header.get(b"conn_count", b""), "little")
 
 
 def _records(file: BinaryIO) -> Iterator[tuple[Header, bytes, bool]]:

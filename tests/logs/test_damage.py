@@ -46,6 +46,14 @@ def test_a_log_cut_anywhere_gives_its_beginning(name, share, new_drive, tmp_path
         assert any("cut" in warning for warning in messages.warnings)
 
 
+def test_a_bag_cut_in_its_index_has_all_its_topics(new_drive, tmp_path) -> None:
+    path = new_drive().straight().bag1(tmp_path / "whole")
+    whole, index = path.read_bytes(), path.read_bytes().rindex(b"/tf_static")
+    for cut in range(index, len(whole), 100):
+        (tmp_path / "cut").write_bytes(whole[:cut])
+        assert open_messages(tmp_path / "cut").topics().keys() == {"/tf_static", "/odom", "/scan"}
+
+
 @pytest.mark.parametrize("name", ["mcap", "bag1"])
 def test_the_part_of_a_chunk_before_the_cut_is_used(name, new_drive, tmp_path) -> None:
     drive = new_drive().straight()
