@@ -15,6 +15,7 @@ from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBe
 WINDOW_NS = 1_000_000_000
 
 SET_BACK_NS = 60 * 1_000_000_000  # ns; what is farther behind was stamped by another time
+SET_BACK_ITEMS = 10  # so many in a row; fewer have stamps that are wrong by themselves
 
 # items; what is held back where recording times don't advance
 MOST_HELD = 10_000
@@ -49,14 +50,19 @@ def in_time_order(
     held: list[tuple[int, int, int, Arrival]] = []
     number = count()
     now_ns = left_ns = -(2**63)
-    first_ns, is_set_back = None, False
+    first_ns, back_ns, late = (
+        None,
+        0,
+        0,
+    )  # by how much the first of the late ones in a row is behind
     for arrival in arrivals:
         item = arrival.item
         first_ns = item.stamp_ns if first_ns is None else first_ns
         if item.stamp_ns < left_ns:
-            back_ns = left_ns - item.stamp_ns
-            if back_ns > SET_BACK_NS and not is_set_back:
-                is_set_back = True
+            late += 1
+            if late == 1:
+                back_ns = left_ns - item.stamp_ns
+            if late == SET_BACK_ITEMS and back_ns > SET_BACK_NS:
                 notices.add(
                     f"Stamps jump back by {back_ns / 1e9:.0f} s when {(left_ns - first_ns) / 1e9:.0f}"
                     " s of the log have passed, as where a clock was set; the rest is dropped. Record"
@@ -68,6 +74,7 @@ def in_time_order(
                 "are its messages sorted by time?",
             )
             continue
+        late = 0
         now_ns = max(now_ns, arrival.recorded_ns)
         heapq.heappush(held, (item.stamp_ns, RANKS[type(item)], next(number), arrival))
         while now_ns - held[0][3].recorded_ns >= window_ns or len(held) > MOST_HELD:

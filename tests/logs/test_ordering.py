@@ -55,9 +55,21 @@ def test_a_clock_that_was_set_back_is_told_of_once_with_when_and_by_how_much() -
     notices = Notices()
     out = ordered([odometry(t) for t in times], range(0, 20_000, 500), notices)
     assert len(out) == 20
-    (jump, dropped) = notices.listed()
+    (dropped, jump) = notices.listed()
     assert jump.startswith("Stamps jump back by 88 s when 8 s of the log have passed")
     assert dropped.startswith("Odometry dropped: more than 1 s behind")
+
+
+def test_a_few_wrong_stamps_are_no_clock_that_was_set_back() -> None:
+    times = [*range(100_000, 110_000, 100)]
+    wrong = [3, 4, *times[30:60], 5, *times[60:]]
+    notices = Notices()
+    out = ordered(
+        [odometry(t) for t in [*times[:30], *wrong]], [100 * i for i in range(103)], notices
+    )
+    assert [item.stamp_ns // MS for item in out] == times
+    (dropped,) = notices.listed()
+    assert dropped.endswith("(3 times)")
 
 
 def test_one_stamp_in_the_far_future_holds_nothing_up_and_loses_nothing() -> None:
