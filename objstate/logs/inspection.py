@@ -292,7 +292,14 @@ class _Survey:
                 f"The laser '{frame}' reads up to {laser.first.range_max:g} m, which looks like "
                 "millimetres; a LaserScan has metres."
                 for frame, laser in sorted(self.lasers.items())
-                if laser.first.range_max > FARTHEST
+                if FARTHEST < laser.first.range_max < math.inf
+            ]
+            + [
+                f"The laser '{frame}' has no return in any scan: its readings are all 0, nan or inf, "
+                f"or not from range_min {laser.first.range_min:g} to range_max "
+                f"{laser.first.range_max:g} m."
+                for frame, laser in sorted(self.lasers.items())
+                if not laser.returns
             ]
             + [
                 f"The beams of the laser '{frame}' span {laser.span:.0f} rad, which looks like degrees; "

@@ -37,6 +37,19 @@ def test_ranges_in_millimetres_are_named(drive, tmp_path) -> None:
     assert "'base_link' reads up to 8000 m, which looks like millimetres" in problem
 
 
+@pytest.mark.parametrize("ranges", [(1000.0, 2000.0), (0.0, math.nan), (math.inf, 10.0)])
+def test_a_laser_without_any_return_is_named(drive, tmp_path, ranges) -> None:
+    drive.odometry(0).scan(0, ranges, frame="base_link").odometry(1)
+    (problem,) = inspect_log(drive.mcap(tmp_path / "a.mcap")).problems
+    assert "'base_link' has no return in any scan" in problem
+
+
+def test_an_endless_range_is_not_taken_for_millimetres(drive, tmp_path) -> None:
+    drive.odometry(0).scan(0, frame="base_link", range_max=math.inf).odometry(1)
+    (problem,) = inspect_log(drive.mcap(tmp_path / "a.mcap")).problems
+    assert "no usable range_max (inf)" in problem
+
+
 def test_a_log_that_cannot_be_used_is_still_inspected(drive, tmp_path) -> None:
     summary = inspect_log(drive.odometry(0).scan(0, frame="sick").mcap(tmp_path / "a.mcap"))
     (laser,) = summary.lasers
