@@ -65,7 +65,8 @@ class Converter:
         self._delays_ns: dict[str, int] = {}  # recording minus header time, the last, by topic
         self._odometry_from: str | None = None  # topic of the last odometry
         self._standing = Standing(roles.odometry or "", notices)
-        self._scanned_ns: dict[str, int] = {}  # stamp of the last scan, by topic
+        # stamp of the last scan, by topic and laser
+        self._scanned_ns: dict[tuple[str, str], int] = {}
         self._compared: set[str] = set()  # topics of lasers whose clock was compared
         self._look_ahead(survey_ns)
         self._handlers = self._handlers_by_topic()
@@ -156,10 +157,10 @@ class Converter:
         laser = frame_name(scan.header.frame_id)
         self.mountings[laser] = mounting = self._find_mounting(laser)
         stamp_ns = self._stamp_ns(message, scan) - self._ahead_ns.get(laser, 0)
-        if self._scanned_ns.get(message.topic) == stamp_ns:
+        if self._scanned_ns.get((message.topic, laser)) == stamp_ns:
             self._notices.drop("Scan", "a second one of the same stamp")
             return
-        self._scanned_ns[message.topic] = stamp_ns
+        self._scanned_ns[message.topic, laser] = stamp_ns
         self._compare_clocks(message.topic)
         sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
         if sweep is not None:

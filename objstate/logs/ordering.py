@@ -50,11 +50,8 @@ def in_time_order(
     held: list[tuple[int, int, int, Arrival]] = []
     number = count()
     now_ns = left_ns = -(2**63)
-    first_ns, back_ns, late = (
-        None,
-        0,
-        0,
-    )  # by how much the first of the late ones in a row is behind
+    first_ns: int | None = None
+    late, back_ns = 0, 0  # number of late ones in a row, and by how much the first is behind
     for arrival in arrivals:
         item = arrival.item
         first_ns = item.stamp_ns if first_ns is None else first_ns
