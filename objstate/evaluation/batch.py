@@ -28,6 +28,7 @@ from objstate.recording.parts import OnLog, Part, file_state, parts, states_stat
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_states, read_truth, unknown_names
 from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.records import TrueState
 from objstate.storage import building_here, here
 
 if TYPE_CHECKING:
@@ -166,13 +167,18 @@ def _digests(result: Path) -> list[str]:
     return sorted(file["sha256"] for file in read_summary(result)["inputs"]["logs"])
 
 
-def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
+def _truth(log: BatchLog) -> list[TrueState]:
+    """The truth of a log; empty where there is none."""
+    return [] if log.truth is None else read_truth(here(log.truth))
+
+
+def _plain(result: Path, log: BatchLog, truth: Sequence[TrueState], filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log, without conditions."""
     import polars as pl
 
     if log.truth is None:
         return pl.DataFrame()
-    truth, estimates = read_truth(here(log.truth)), read_states(result, filtered=filtered)
+    estimates = read_states(result, filtered=filtered)
     if len(estimates):
         stamps = estimates["stamp"].to_numpy()
         check_truth_times(truth, int(stamps.min()), int(stamps.max()), log.truth)
@@ -192,10 +198,10 @@ def _judged(
     result: Path, log: BatchLog, building: Building | None, notes: list[str], filtered: bool
 ) -> pl.DataFrame:
     """The judged estimates of one log with the conditions they were made under."""
-    plain = _plain(result, log, filtered)
-    if log.truth is not None:
-        objects = read_summary(result)["objects"]
-        notes.extend(unknown_names(read_truth(here(log.truth)), objects))
+    truth = _truth(log)
+    plain = _plain(result, log, truth, filtered)
+    if truth:
+        notes.extend(unknown_names(truth, read_summary(result)["objects"]))
     if plain.is_empty():
         return plain
     known = no_conditions()
@@ -263,6 +269,6 @@ def _against(
         for name, content in parts(index, kind_of(filtered), same, lambda _: b""):
             found.add(name, unpacked(content, f"What is kept of {name}"))
     for name in wanted.keys() - same.keys():  # not kept: their conditions weren't asked for
-        judged = _plain(results[name], logs[name], filtered)
+        judged = _plain(results[name], logs[name], _truth(logs[name]), filtered)
         found.add(name, sums_of({}, judged, ()))
     return differences(finals, found.table())

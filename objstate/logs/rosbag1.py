@@ -46,7 +46,7 @@ class Rosbag1File:
         return min(self._position / self._size, 1.0)
 
     def topics(self) -> Mapping[str, MessageType]:
-        """Message types by topic: from the index, or where it lacks some by reading the bag through."""
+        """Message types by topic: from the index, or by reading the bag through if that lacks some."""
         count = self._learn_from_index()
         if len(self._connections) < max(count, 1):
             silent = Rosbag1File(self.path, Notices())

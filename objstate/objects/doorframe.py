@@ -32,7 +32,7 @@ class BearingReading(NamedTuple):
 def bearings_by_walls(
     building: Building, names: Iterable[str], wall_std_m: float
 ) -> dict[str, BearingReading]:
-    """The bearings of some doors of a building whose walls tell them, at the height of each leaf."""
+    """The bearings of some doors of a building, where walls at the leaf's height tell them."""
     walls_at = cache(lambda height: outline(building.walls, height).reshape(-1, 4))
     found = {}
     for name in names:

@@ -165,7 +165,7 @@ def check_truth_times(
 
 
 def unknown_names(truth: Iterable[TrueState], objects: Collection[str]) -> list[str]:
-    """A warning where the truth names objects that aren't among a building's, and what they may be."""
+    """A warning of objects of the truth that a building lacks, and which may be meant."""
     named = {row.object for row in truth}
     unknown = sorted(named.difference(objects), key=natural_key)
     if not unknown:
