@@ -440,7 +440,7 @@ class DoorMixture:
         )
         means, covariances = then
         if door.atoms:
-            latch_kernels.latch(
+            latch_kernels.limit(
                 np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
                 door.middles,
                 door.widths,

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.geometry import FloatArray
-from objstate.objects.latch_kernels import latch
+from objstate.objects.latch_kernels import limit
 from objstate.objects.mixture_kernels import ERRORS, STATE, ZERO
 
 LOWER, UPPER, CELL = 0.0, 1.5, 0.5
@@ -62,8 +62,16 @@ def at_lower(
     before: Prior, means: FloatArray, covariances: FloatArray, log: FloatArray
 ) -> tuple[float, FloatArray, FloatArray]:
     """Log evidence, mean and covariance of a door latched at the lower limit."""
+    means, covariances, log = limited(before, means, covariances, log)
+    return float(log[ATOM]), means[ATOM], covariances[ATOM]
+
+
+def limited(
+    before: Prior, means: FloatArray, covariances: FloatArray, log: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Means, covariances and log evidence of all components, by what limits mean."""
     means, covariances, log = means.copy(), covariances.copy(), np.where(FREE, log, -np.inf)
-    latch(
+    limit(
         before.weights,
         MIDDLES,
         before.widths,
@@ -74,7 +82,7 @@ def at_lower(
         covariances,
         log,
     )
-    return float(log[ATOM]), means[ATOM], covariances[ATOM]
+    return means, covariances, log
 
 
 def alone(before: Prior, component: int) -> Prior:
@@ -129,8 +137,9 @@ def test_the_evidence_of_several_scans_is_that_of_all_at_once(seed: int) -> None
     every = np.zeros(len(MIDDLES))
     for _ in range(5):
         means, covariances, log = seen(now, leaf_row(rng), 0.1, 0.05)
-        total += at_lower(now, means, covariances, log)[0]
         every += log
+        *_, log = limited(now, means, covariances, log)
+        total += float(log[ATOM])
         weights = np.maximum(now.weights * np.exp(log), 1e-300)
         now = Prior(weights, first.widths, means, covariances)
     assert total == pytest.approx(at_lower(first, now.means, now.covariances, every)[0], abs=1e-6)
@@ -149,3 +158,22 @@ def test_a_cell_beyond_a_limit_counts_only_while_the_leaf_stands_there() -> None
     left = at_lower(before._replace(means=still), gone, before.covariances, nothing)
     assert there[0] == pytest.approx(0.0, abs=1e-9)
     assert left[0] < -10.0
+
+
+@given(value=st.floats(-0.5, 2.0), std=st.floats(0.15, 1.0), cell=st.integers(0, CELLS - 1))
+@settings(max_examples=50, deadline=None)
+def test_a_free_door_stands_between_its_limits(value: float, std: float, cell: int) -> None:
+    """The evidence of a reading is that of a state whose prior ends at the limits."""
+    own = np.zeros((ERRORS, ERRORS))
+    own[STATE, STATE] = 0.09
+    before = Prior(
+        np.full(7, 1 / 7), np.full(7, 1e-8), np.zeros((7, ERRORS)), np.tile(own, (7, 1, 1))
+    )
+    row = np.zeros(ERRORS)
+    row[STATE] = 1.0
+    *_, log = limited(before, *seen(before, row, value, std**2))
+    states = np.linspace(LOWER, UPPER, 20001)
+    density = np.exp(-0.5 * (states - MIDDLES[cell]) ** 2 / 0.09)
+    likelihood = np.exp(-0.5 * ((value - states) / std) ** 2) / (std * math.sqrt(2.0 * math.pi))
+    expected = math.log((density * likelihood).sum() / density.sum())
+    assert log[cell] == pytest.approx(expected, abs=2e-3)
