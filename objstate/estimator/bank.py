@@ -20,6 +20,7 @@ from objstate.config import Settings
 from objstate.geometry import FloatArray, between, compose
 from objstate.localization import Hypotheses, Odds, apart
 from objstate.localization.anywhere import Chance
+from objstate.localization.search import INDEPENDENCE
 from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
 from objstate.units import SECONDS_PER_HOUR
@@ -203,7 +204,7 @@ class Bank(Generic[Kept]):
         self._states /= self._states.sum()
         if self._usual is None:
             self._usual = 0.5 * most
-        gain = math.exp(min(self._usual - advantage, 500.0))
+        gain = math.exp(min(INDEPENDENCE * (self._usual - advantage), 500.0))
         came = Odds(self._kidnaps * seconds, self._slips * seconds)
         before = self._elsewhere
         if came.kidnapped + came.slipped > gain * (before.kidnapped + before.slipped):
