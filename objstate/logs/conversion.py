@@ -84,7 +84,7 @@ class Converter:
 
     def _look_ahead(self, survey_ns: int) -> None:
         with self._notices.muted():
-            found = survey(self._messages, self._roles, self._tree, survey_ns)
+            found = survey(self._messages, self._roles, self._mountings, survey_ns)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
             self._surveyed_delay_ns = found.delay_ns or 0
@@ -154,7 +154,7 @@ class Converter:
         return handlers
 
     def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
-        laser = frame_name(scan.header.frame_id)
+        laser = self._mountings.laser(message.topic, scan)
         self.mountings[laser] = mounting = self._find_mounting(laser)
         stamp_ns = self._stamp_ns(message, scan) - self._ahead_ns.get(laser, 0)
         if self._scanned_ns.get((message.topic, laser)) == stamp_ns:

@@ -47,6 +47,11 @@ def frame_name(frame: str) -> str:
     return frame.lstrip("/")
 
 
+def laser_name(topic: str, scan: Any) -> str:
+    """The frame of a ``LaserScan``; its topic's name where it has none."""
+    return frame_name(scan.header.frame_id) or frame_name(topic)
+
+
 def _beside(frame: str, name: str) -> str:
     """The frame of that name of the same robot: ``robot1/name`` beside ``robot1/frame``."""
     return "".join([*frame.rpartition("/")[:2], name])
@@ -142,6 +147,15 @@ class Mountings:
         self._notices = notices
         self._known: dict[str, tuple[Path, FloatArray]] = {}
         self._lifts: dict[str, FloatArray] = {}
+        self._without_frame: dict[str, str] = {}  # topics of lasers whose scans have no frame
+
+    def laser(self, topic: str, scan: Any) -> str:
+        """The name by which a scan's laser is known, as ``laser_name`` has it."""
+        laser = laser_name(topic, scan)
+        if not frame_name(scan.header.frame_id):
+            self._without_frame[laser] = topic
+            self._notices.add(f"A scan on {topic} has no frame_id: its laser is called '{laser}'")
+        return laser
 
     def base(self, odometry_child: str) -> str:
         """The frame that the records call ``base_link``: that one, where tf leads to it."""
@@ -216,8 +230,11 @@ class Mountings:
 
     def _unknown(self, laser: str, base: str) -> str:
         known = ", ".join(self.tree.frames) or "none at all"
+        name = f"'{laser}'"
+        if topic := self._without_frame.get(laser):
+            name += f", called by its topic {topic} because its scans have no frame_id,"
         return (
-            f"The log has no mounting of the laser '{laser}' on '{base}' (frames of tf: {known}). "
+            f"The log has no mounting of the laser {name} on '{base}' (frames of tf: {known}). "
             f"{SUPPLY.format(laser)}"
         )
 

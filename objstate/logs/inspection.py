@@ -14,7 +14,7 @@ from objstate.errors import LogError
 from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.logs.containers import Messages, Paths, as_paths
 from objstate.logs.definitions import LASER_SCAN, ODOMETRY, TF
-from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
+from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, laser_name, odometry_root
 from objstate.logs.log import open_log
 from objstate.logs.messages import Message, header_ns
 from objstate.logs.notices import Notices
@@ -250,7 +250,7 @@ class _Survey:
         if message.type == ODOMETRY:
             self._children[message.topic] = frame_name(decoded.child_frame_id) or BASE
         else:
-            frame = frame_name(decoded.header.frame_id)
+            frame = laser_name(message.topic, decoded)
             self.lasers.setdefault(frame, _Laser(decoded)).note(message.topic, decoded)
 
     def topics(self) -> tuple[TopicSummary, ...]:

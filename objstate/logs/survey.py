@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from objstate.errors import LogError
-from objstate.logs.frames import BASE, FrameTree, frame_name
+from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.roles import Roles, preferred
 
@@ -41,8 +41,10 @@ class Survey:
         }
 
 
-def survey(messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SURVEY_NS) -> Survey:
-    """Read the first ``span_ns``. Transforms go into ``tree``."""
+def survey(
+    messages: Container, roles: Roles, mountings: Mountings, span_ns: int = SURVEY_NS
+) -> Survey:
+    """Read the first ``span_ns``. Transforms go into the tree of ``mountings``."""
     found = Survey()
     first_ns: int | None = None
     for message in messages.messages(roles.telling):
@@ -50,14 +52,14 @@ def survey(messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SU
         if message.recorded_ns - first_ns > span_ns:
             break
         if message.topic in roles.tf:
-            _grow(tree, message, roles)
+            _grow(mountings.tree, message, roles)
             continue
         if (decoded := _decoded(message, roles)) is None:
             continue
         if found.delay_ns is None and (stamp_ns := header_ns(decoded)):
             found.delay_ns = message.recorded_ns - stamp_ns
         if message.topic in roles.lasers:
-            found.laser_frames.setdefault(message.topic, frame_name(decoded.header.frame_id))
+            found.laser_frames.setdefault(message.topic, mountings.laser(message.topic, decoded))
         elif message.topic == roles.odometry and found.odometry_child is None:
             found.odometry_child = frame_name(decoded.child_frame_id) or BASE
     return found

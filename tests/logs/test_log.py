@@ -66,6 +66,18 @@ def test_an_unknown_mounting_names_the_frame_and_the_cure(drive, tmp_path) -> No
         read(drive, tmp_path)
 
 
+def test_lasers_whose_scans_have_no_frame_are_called_by_their_topics(drive, tmp_path) -> None:
+    drive.straight().scan(3.0, topic="/front", frame="").scan(3.0, topic="/robot/rear", frame="")
+    with pytest.raises(LogError, match=r"no frame_id.*--mount front=x,y,z,roll,pitch,yaw"):
+        read(drive, tmp_path)
+    mounts = {"front": np.eye(4), "/robot/rear": np.eye(4)}
+    records, log = read(drive, tmp_path, mounts=mounts)
+    assert {scan.laser for scan in of(Scan, records)} == {"laser", "front", "robot/rear"}
+    assert "A scan on /front has no frame_id: its laser is called 'front'" in log.warnings
+    inspected = inspect_log(tmp_path / "log.mcap", mounts)
+    assert [laser.frame for laser in inspected.lasers] == ["front", "laser", "robot/rear"]
+
+
 def test_given_mounts_supply_and_override(drive, tmp_path) -> None:
     drive.straight()
     mount = transform(rotation_from_rpy(0, 0, 0), (9, 8, 7))
