@@ -83,7 +83,7 @@ def parse_zone(name: str) -> tzinfo:
 
 def check_span(start: float | None, end: float | None) -> None:
     """Raises SettingsError unless ``--from`` is before ``--to``, where both are given."""
-    from objstate.logs.log import EPOCH_FROM
+    from objstate.logs.span import EPOCH_FROM
 
     for option, value in (("--from", start), ("--to", end)):
         if value is not None and not math.isfinite(value):

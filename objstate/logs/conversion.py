@@ -27,7 +27,13 @@ from objstate.logs.odometry import Standing
 from objstate.logs.ordering import Arrival, Item
 from objstate.logs.roles import Roles, check_left_out
 from objstate.logs.scans import BeamGeometry, sweep_from
-from objstate.logs.survey import SURVEY_NS, read_tf_until, survey
+from objstate.logs.survey import (
+    LIVE_SURVEY_NS,
+    SURVEY_NS,
+    lasers_from_later_on,
+    read_tf_until,
+    survey,
+)
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
 
 # ns; header times that shift so far against the recording times are a clock set anew
@@ -40,7 +46,9 @@ Handler = Callable[[Message, Any], Iterable[Item]]
 class Converter:
     """Turns the messages of one log into items, in the order in which they were recorded.
 
-    Raises LogError at once where a laser's mounting, or odometry in tf, is nowhere in the log.
+    Raises LogError at once where a laser's mounting, or odometry in tf, is nowhere in the log. What
+    can't be known ahead, in a drive that ``goes_on`` or where a topic's laser changes, is left out
+    with a notice.
     """
 
     def __init__(
@@ -50,7 +58,9 @@ class Converter:
         mounts: Mapping[str, FloatArray],
         clock_offsets: Mapping[str, float],
         notices: Notices,
-        survey_ns: int = SURVEY_NS,
+        end: float | None = None,
+        *,
+        goes_on: bool = False,
     ) -> None:
         self.mountings: dict[str, FloatArray] = {}  # (4, 4) of the lasers read so far
         self._ahead_ns = {
@@ -68,7 +78,9 @@ class Converter:
         # stamp of the last scan, by topic and laser
         self._scanned_ns: dict[tuple[str, str], int] = {}
         self._compared: set[str] = set()  # topics of lasers whose clock was compared
-        self._look_ahead(survey_ns)
+        self._sought: set[str] = set()  # lasers whose mounting tf was read ahead for
+        self._goes_on = goes_on
+        self._look_ahead(end)
         self._handlers = self._handlers_by_topic()
 
     def arrivals(self) -> Iterator[Arrival]:
@@ -82,16 +94,19 @@ class Converter:
             for item in self._handlers[message.topic](message, decoded):
                 yield Arrival(item, message.recorded_ns)
 
-    def _look_ahead(self, survey_ns: int) -> None:
+    def _look_ahead(self, end: float | None) -> None:
+        log = self._messages, self._roles, self._mountings
         with self._notices.muted():
-            found = survey(self._messages, self._roles, self._mountings, survey_ns)
+            found = survey(*log, LIVE_SURVEY_NS if self._goes_on else SURVEY_NS)
+            later = {} if self._goes_on else lasers_from_later_on(found, *log, end)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
             self._surveyed_delay_ns = found.delay_ns or 0
             self._odometry_edge = self._find_odometry_in_tf(found.laser_frames.values())
-            for topic, laser in found.laser_frames.items():
+            for topic, laser in (found.laser_frames | later).items():
                 if topic not in self._duplicates:
-                    self._find_mounting(laser)
+                    self._seek_mounting(laser)
+                    self._mountings.mounting(laser, self._base)
         for topic, used in self._duplicates.items():
             self._notices.add(
                 f"{topic} comes from the same laser as {used} and is left out; "
@@ -124,18 +139,18 @@ class Converter:
     def _base(self) -> str:
         return self._mountings.base(self._child or BASE)
 
-    def _find_mounting(self, laser: str) -> FloatArray:
-        base = self._base
-        if not self._mountings.is_known(laser, base):
-            with self._notices.muted():
-                read_tf_until(
-                    lambda: self._mountings.is_known(laser, self._base),
-                    self._messages,
-                    self._roles,
-                    self._tree,
-                )
-            base = self._base
-        return self._mountings.mounting(laser, base)
+    def _seek_mounting(self, laser: str) -> None:
+        """Read tf ahead, once for each laser, until it tells where the laser is."""
+        if laser in self._sought or self._mountings.is_known(laser, self._base):
+            return
+        self._sought.add(laser)
+        with self._notices.muted():
+            read_tf_until(
+                lambda: self._mountings.is_known(laser, self._base),
+                self._messages,
+                self._roles,
+                self._tree,
+            )
 
     def _handlers_by_topic(self) -> dict[str, Handler]:
         roles = self._roles
@@ -155,7 +170,13 @@ class Converter:
 
     def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
         laser = self._mountings.laser(message.topic, scan)
-        self.mountings[laser] = mounting = self._find_mounting(laser)
+        if not self._goes_on:
+            self._seek_mounting(laser)
+        try:
+            self.mountings[laser] = mounting = self._mountings.mounting(laser, self._base)
+        except LogError as error:
+            self._notices.drop("Scan", str(error).removesuffix("."))
+            return
         stamp_ns = self._stamp_ns(message, scan) - self._ahead_ns.get(laser, 0)
         if self._scanned_ns.get((message.topic, laser)) == stamp_ns:
             self._notices.drop("Scan", "a second one of the same stamp")

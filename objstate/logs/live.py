@@ -20,7 +20,6 @@ from objstate.logs.ordering import RANKS, Arrival
 from objstate.logs.scans import Sweep
 from objstate.records import Odometry, Record
 
-FIRST_NS = 1_000_000_000  # ns in which all sensors are expected to speak
 OTHERS_NS = 30_000_000  # ns for which a scan waits for earlier ones of other lasers
 # ns for which odometry waits for earlier scans: a turn of a lidar takes up to 200 ms
 HELD_NS = 300_000_000
@@ -115,7 +114,7 @@ def open_live(
 
     offsets = clock_offsets or {}
     span, notices = (None, None), Notices()
-    return Log(messages, topics, mounts or {}, offsets, span, notices, ordered, FIRST_NS)
+    return Log(messages, topics, mounts or {}, offsets, span, notices, ordered, goes_on=True)
 
 
 def in_live_order(arrivals: Iterable[Arrival], notices: Notices) -> Iterator[Record]:

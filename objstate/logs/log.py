@@ -15,12 +15,8 @@ from objstate.logs.notices import Notices
 from objstate.logs.odometry import place_in_odometry
 from objstate.logs.ordering import Arrival, in_time_order
 from objstate.logs.roles import find_roles
-from objstate.logs.survey import SURVEY_NS
+from objstate.logs.span import EPOCH_FROM, stamp_at
 from objstate.records import Odometry, Record, Scan
-
-# s; a time from here on (the year 1973) is one of the calendar, a smaller one counts from
-# the log's start
-EPOCH_FROM = 1e8
 
 # s; clocks farther apart would put messages beyond the window of sorting
 LARGEST_CLOCK_OFFSET = 0.5
@@ -35,7 +31,7 @@ Ordering = Callable[[Iterable[Arrival], Notices], Iterator[Record]]
 class Log:
     """One drive's records in time order, to be iterated over.
 
-    ``ordered`` makes records of what arrives; the drive may still go on.
+    ``ordered`` makes records of what arrives. A drive that ``goes_on`` can't be read ahead.
     """
 
     def __init__(
@@ -47,9 +43,9 @@ class Log:
         span: tuple[float | None, float | None],
         notices: Notices,
         ordered: Ordering,
-        survey_ns: int = SURVEY_NS,
+        goes_on: bool = False,
     ) -> None:
-        self._messages, self._ordered, self._survey_ns = messages, ordered, survey_ns
+        self._messages, self._ordered, self._goes_on = messages, ordered, goes_on
         self._mounts = mounts
         self._clock_offsets = clock_offsets
         self._mountings: Mapping[str, FloatArray] = {}
@@ -70,7 +66,8 @@ class Log:
             self._mounts,
             self._clock_offsets,
             self._notices,
-            self._survey_ns,
+            self._span[1],
+            goes_on=self._goes_on,
         )
         self._mountings = converter.mountings
         records = self._ordered(converter.arrivals(), self._notices)
@@ -128,6 +125,7 @@ def open_log(
 
     Raises LogError for a path that is missing or of no known format, for a topic that isn't there
     or of no use, for clocks more than half a second apart, and for a log without scans or odometry.
+    The records raise it before the first one where a laser's mounting is nowhere in the log.
     """
     for frame, ahead in (clock_offsets or {}).items():
         if not abs(ahead) <= LARGEST_CLOCK_OFFSET:
@@ -166,10 +164,7 @@ def _within(records: Iterable[Record], start: float | None, end: float | None) -
 
 def _is_before(record: Record, seconds: float, origin_ns: int | None, or_at: bool = False) -> bool:
     """Whether a record comes before a time, given from the origin or of the calendar."""
-    if seconds >= EPOCH_FROM:
-        limit_ns = round(seconds * 1e9)
-    elif origin_ns is None:
+    if origin_ns is None and seconds < EPOCH_FROM:
         return seconds > 0  # a belief from before the log's start
-    else:
-        limit_ns = origin_ns + round(seconds * 1e9)
+    limit_ns = stamp_at(seconds, origin_ns or 0)
     return record.stamp_ns < limit_ns or (or_at and record.stamp_ns == limit_ns)

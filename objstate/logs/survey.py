@@ -1,8 +1,9 @@
 """A first pass over a log: its lasers, and what tf has about them.
 
 Recorders deliver ``/tf_static`` some time after the first scans, and mountings on ``/tf`` come at
-any time. So the first seconds are read before any record is returned, and where a mounting is still
-missing, tf is read on until it is found.
+any time. So the first seconds are read before any record is returned. Where a laser has not spoken
+by then, the log is read on until it does, and where a mounting is still missing, tf is read on until
+it is found. So what a user has to supply is known before the log is worked on.
 """
 
 from __future__ import annotations
@@ -15,9 +16,12 @@ from objstate.errors import LogError
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.roles import Roles, preferred
+from objstate.logs.span import stamp_at
 
 # ns of recording; by then every sensor has spoken
 SURVEY_NS = 5_000_000_000
+# the same of a drive that goes on, whose records wait for it
+LIVE_SURVEY_NS = 1_000_000_000
 
 
 @dataclass
@@ -25,6 +29,7 @@ class Survey:
     """The content of a log's beginning."""
 
     laser_frames: dict[str, str] = field(default_factory=dict)  # by topic
+    first_ns: int = 0  # when the first message was recorded
     odometry_child: str | None = None  # the robot's frame in the odometry
     delay_ns: int | None = None  # by which recording times are ahead of header times
 
@@ -41,15 +46,12 @@ class Survey:
         }
 
 
-def survey(
-    messages: Container, roles: Roles, mountings: Mountings, span_ns: int = SURVEY_NS
-) -> Survey:
+def survey(messages: Container, roles: Roles, mountings: Mountings, span_ns: int) -> Survey:
     """Read the first ``span_ns``. Transforms go into the tree of ``mountings``."""
     found = Survey()
-    first_ns: int | None = None
     for message in messages.messages(roles.telling):
-        first_ns = message.recorded_ns if first_ns is None else first_ns
-        if message.recorded_ns - first_ns > span_ns:
+        found.first_ns = found.first_ns or message.recorded_ns
+        if message.recorded_ns - found.first_ns > span_ns:
             break
         if message.topic in roles.tf:
             _grow(mountings.tree, message, roles)
@@ -63,6 +65,25 @@ def survey(
         elif message.topic == roles.odometry and found.odometry_child is None:
             found.odometry_child = frame_name(decoded.child_frame_id) or BASE
     return found
+
+
+def lasers_from_later_on(
+    found: Survey, messages: Container, roles: Roles, mountings: Mountings, end: float | None
+) -> dict[str, str]:
+    """Frames of the lasers that speak after the survey, by topic, up to ``end`` as users give it."""
+    silent = set(roles.lasers - found.laser_frames.keys())
+    if not silent:
+        return {}
+    frames: dict[str, str] = {}
+    delay_ns = found.delay_ns or 0
+    end_ns = None if end is None else stamp_at(end, found.first_ns - delay_ns) + delay_ns
+    for message in messages.messages(roles.telling):
+        if not silent or (end_ns is not None and message.recorded_ns > end_ns):
+            break
+        if message.topic in silent and (decoded := _decoded(message, roles)) is not None:
+            frames[message.topic] = mountings.laser(message.topic, decoded)
+            silent.remove(message.topic)
+    return frames
 
 
 def read_tf_until(

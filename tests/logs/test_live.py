@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.logs.definitions import LASER_SCAN, MessageType
-from objstate.logs.live import ClockSetBackError, LiveMessages, in_live_order
+from objstate.logs.live import ClockSetBackError, LiveMessages, in_live_order, open_live
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 from objstate.logs.ordering import Arrival
@@ -87,3 +87,16 @@ def test_messages_are_read_again_until_released() -> None:
     assert next(live.messages()).recorded_ns >= 2
     live.close()
     assert [each.recorded_ns for each in first] == [3]
+
+
+def test_a_laser_without_a_mounting_that_speaks_late_ends_no_drive(drive) -> None:
+    drive.straight(3.0).scan(3.0, frame="rear", topic="/rear")
+    cdr = drive.cdr()
+    types = {topic: MessageType(kind) for topic, kind, _, _ in cdr}
+    messages = LiveMessages(types)
+    for topic, _, recorded_ns, data in cdr:
+        messages.put(Message(topic, types[topic], recorded_ns, data))
+    messages.close()
+    log = open_live(messages)
+    assert {record.laser for record in log if isinstance(record, Scan)} == {"laser"}
+    assert any("no mounting of the laser 'rear'" in warning for warning in log.warnings)

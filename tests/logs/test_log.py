@@ -66,6 +66,29 @@ def test_an_unknown_mounting_names_the_frame_and_the_cure(drive, tmp_path) -> No
         read(drive, tmp_path)
 
 
+def test_a_late_laser_without_a_mounting_is_told_before_the_first_record(
+    drive, tmp_path, start_ns
+) -> None:
+    drive.straight(10.0).scan(10.0, frame="rear", topic="/rear")
+    path = drive.mcap(tmp_path / "log.mcap")
+    with pytest.raises(LogError, match="--mount rear="):
+        next(iter(open_log(path)))
+    assert of(Scan, open_log(path, end=8.0))
+    assert of(Scan, open_log(path, end=start_ns / 1e9 + 8.0))
+
+
+def test_a_laser_without_a_mounting_that_shares_a_topic_is_left_out_and_told(
+    drive, tmp_path
+) -> None:
+    drive.straight(10.0).scan(10.0, frame="rear")
+    records, log = read(drive, tmp_path)
+    assert {scan.laser for scan in of(Scan, records)} == {"laser"}
+    (warning,) = log.warnings
+    assert warning.startswith("Scan dropped: The log has no mounting of the laser 'rear'")
+    assert "--mount rear=" in warning
+    assert log.counts[warning] == 1
+
+
 def test_lasers_whose_scans_have_no_frame_are_called_by_their_topics(drive, tmp_path) -> None:
     drive.straight().scan(3.0, topic="/front", frame="").scan(3.0, topic="/robot/rear", frame="")
     with pytest.raises(LogError, match=r"no frame_id.*--mount front=x,y,z,roll,pitch,yaw"):
