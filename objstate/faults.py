@@ -6,10 +6,11 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+
+from objstate.spelling import nearest
 
 SHAPES = {  # YAML's names of the shapes that pydantic names by Python's types
     "model_type": "must be a group of keys, as in 'key: value'",
@@ -84,8 +85,8 @@ def _told(model: type[BaseModel], fault: Fault, others: Sequence[Fault]) -> str:
     place = _place(fault.path)
     if fault.item["type"] == "extra_forbidden":
         known = _keys_at(model, fault.path[:-1])
-        near = get_close_matches(str(fault.path[-1]), known, n=1)
-        cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(sorted(known))}"
+        near = nearest(str(fault.path[-1]), known)
+        cure = f"did you mean '{near}'?" if near else f"known are {', '.join(sorted(known))}"
         return f"unknown key '{place}'; {cure}"
     messages = [_message(each.item, repeat=not others) for each in (fault, *others)]
     if others:

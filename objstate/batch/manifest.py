@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from objstate.geometry import FloatArray, pose_from_text
 from objstate.kinds import other_separator
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
+from objstate.spelling import nearest
 from objstate.storage import here, is_remote, parent
 
 if TYPE_CHECKING:
@@ -96,8 +96,8 @@ def _check_columns(source: str, columns: list[str]) -> None:
         raise SettingsError(_parted(source, separator))
     for column in columns:
         if column not in COLUMNS:
-            near = get_close_matches(column, COLUMNS, n=1)
-            cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(COLUMNS)}."
+            near = nearest(column, COLUMNS)
+            cure = f"did you mean '{near}'?" if near else f"known are {', '.join(COLUMNS)}."
             raise SettingsError(f"{source} has an unknown column '{column}'; {cure}")
     if "log" not in columns:
         raise SettingsError(f"{source} has no column 'log'; give one, with a path or URL per row.")

@@ -7,7 +7,6 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from objstate.errors import BuildingError
 from objstate.geometry import WHOLE_TURN, FloatArray
 from objstate.kinds import DOORS, instead, other_separator
+from objstate.spelling import nearest
 
 COLUMNS = (
     "door",
@@ -164,8 +164,8 @@ def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
         names = ", ".join(f"'{name}'" for name in missing)
         faults.append(f"lacks the column{'s' * (len(missing) > 1)} {names}")
     for name in unknown:
-        near = get_close_matches(str(name), missing or COLUMNS, n=1)
-        faults.append(f"has the unknown column '{name}'" + (f" (for '{near[0]}'?)" if near else ""))
+        near = nearest(str(name), missing or COLUMNS)
+        faults.append(f"has the unknown column '{name}'" + (f" (for '{near}'?)" if near else ""))
     raise BuildingError(
         f"The door table {path} {' and '.join(faults)}; its first line must be {','.join(COLUMNS)}."
     )

@@ -8,7 +8,6 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from decimal import Decimal, InvalidOperation
-from difflib import get_close_matches
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import Spool
 from objstate.recording.stamps import PER_SECOND, mistaken_unit, unit_of_number
 from objstate.records import Estimate, TrueState
+from objstate.spelling import nearest
 
 if TYPE_CHECKING:
     import polars as pl
@@ -170,10 +170,10 @@ def unknown_names(truth: Iterable[TrueState], objects: Collection[str]) -> list[
     unknown = sorted(named.difference(objects), key=natural_key)
     if not unknown:
         return []
-    meant = [get_close_matches(name, sorted(set(objects) - named), n=1) for name in unknown]
+    missing = sorted(set(objects) - named)
     told = ", ".join(
-        f"'{name}' (did you mean '{near[0]}'?)" if near else f"'{name}'"
-        for name, near in zip(unknown, meant, strict=True)
+        f"'{name}' (did you mean '{near}'?)" if (near := nearest(name, missing)) else f"'{name}'"
+        for name in unknown
     )
     return [
         f"The building doesn't have {len(unknown)} of the truth's {len(named)} objects: {told}. They "
