@@ -169,3 +169,12 @@ class Building:
             raise BuildingError(
                 f"Building '{self.name}' has no object '{name}'; its objects: {known}."
             ) from None
+
+
+def check_building(given: object) -> None:
+    """Raise TypeError for what is no Building, such as its path."""
+    if not isinstance(given, Building):
+        raise TypeError(
+            f"A {type(given).__name__} is no Building; give the one that objstate.load_building "
+            "reads from a URDF."
+        )

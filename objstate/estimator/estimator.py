@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, check_building
 from objstate.config import Settings
 from objstate.errors import SettingsError
 from objstate.estimator.admission import check
@@ -53,6 +53,7 @@ class Estimator:
             its belief; an initial pose or a robot belief that is none.
         BuildingError: beliefs about an object that the building doesn't have, or about another
             one than their name says.
+        TypeError: a building that isn't loaded.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Estimator:
         history: bool = False,
         observes: bool = True,
     ) -> None:
+        check_building(building)
         if belief not in ("own", "recorded"):
             raise SettingsError(f"The robot belief '{belief}' is unknown; give own or recorded.")
         self.building = building

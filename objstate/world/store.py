@@ -14,7 +14,7 @@ from typing import Any
 from sqlalchemy import Connection, Executable, Select, delete, func, insert, or_, select, update
 
 from objstate.building.digest import model_digest
-from objstate.building.model import Building, MovableObject
+from objstate.building.model import Building, MovableObject, check_building
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
 from objstate.habits.model import ready
@@ -383,8 +383,11 @@ def open_store(
     """The world at a path or a PostgreSQL URL. With a building it is made where there is none.
 
     A writer waits ``wait_s`` seconds for another one. Raises WorldError where there is no
-    world, where it is one of another building, or where it can't be opened.
+    world, where it is one of another building, or where it can't be opened, and TypeError for a
+    building that isn't loaded.
     """
+    if building is not None:
+        check_building(building)
     database = Database(parse_location(location), wait_s)
     if building is None:
         _check_that_it_is_there(database)

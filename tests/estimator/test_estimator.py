@@ -6,6 +6,7 @@ import gc
 import weakref
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -395,6 +396,12 @@ def test_records_of_any_kind_are_refused_out_of_time_order() -> None:
         estimator.feed(Odometry(scan.stamp_ns + 1, np.zeros(3)))
         with pytest.raises(LogError, match=f"{type(late).__name__} of .* came after one of"):
             estimator.feed(late)
+
+
+@pytest.mark.parametrize("given", ["office.urdf", Path("office.urdf"), None])
+def test_a_building_that_is_not_loaded_is_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match=r"is no Building; give .*load_building"):
+        Estimator(given)
 
 
 def test_what_is_no_record_is_refused() -> None:

@@ -266,3 +266,9 @@ def test_a_place_that_cannot_be_reached_is_told_without_the_password() -> None:
     for wrong in ("mysql://host/db", "postgresql://host", "http://host/world.db"):
         with pytest.raises(WorldError, match="give a file, or postgresql://"):
             open_store(wrong)
+
+
+def test_a_building_that_is_not_loaded_is_refused(tmp_path: Path) -> None:
+    path: Any = "office.urdf"
+    with pytest.raises(TypeError, match=r"is no Building; give .*load_building"):
+        open_store(tmp_path / "world.db", path)
