@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -40,11 +40,15 @@ def is_bag(folder: str, names: Collection[str]) -> bool:
 
 
 def storage_files(folder: Path, notices: Notices) -> list[Path]:
-    """The bag's storage files in order. Raises LogError where the folder holds none."""
+    """The bag's storage files in order.
+
+    Raises LogError where the folder holds none, or several that are no parts of one bag.
+    """
     inner = sorted(folder.iterdir())
     present = [path for path in inner if path.suffix in STORAGE_NAMES and path.is_file()]
-    if not present:
-        raise LogError(_what_it_holds(folder))
+    is_one = len(present) == 1 or is_bag(folder.absolute().name, [path.name for path in inner])
+    if not present or not is_one:
+        raise LogError(_what_it_holds(folder, present))
     metadata = folder / METADATA
     if not metadata.exists():
         notices.add(f"{folder.name} has no {METADATA}: all its storage files are read")
@@ -57,9 +61,10 @@ def storage_files(folder: Path, notices: Notices) -> list[Path]:
     return _listed(names, present, folder, notices)
 
 
-def _what_it_holds(folder: Path) -> str:
+def _what_it_holds(folder: Path, present: Sequence[Path]) -> str:
     """What of a folder that is no bag may have been meant."""
-    logs = sorted(path for path in folder.iterdir() if (kind_of(path) or "").startswith(LOG))
+    others = (path for path in folder.iterdir() if (kind_of(path) or "").startswith(LOG))
+    logs = sorted({*present, *others})
     if logs:
         names = ", ".join(path.name for path in logs[:NAMES_SHOWN])
         more = ", ..." if len(logs) > NAMES_SHOWN else ""

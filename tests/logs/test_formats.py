@@ -7,7 +7,7 @@ import pytest
 from mcap.writer import CompressionType
 
 from objstate.errors import LogError
-from objstate.logs import open_log, open_messages
+from objstate.logs import inspect_log, open_log, open_messages
 from objstate.records import Scan
 
 WRITERS = {
@@ -74,6 +74,19 @@ def test_parts_of_a_drive_are_read_as_one(new_drive, tmp_path: Path) -> None:
         log = open_log(order)
         assert sum(1 for _ in log) == 77
         assert log.warnings == []
+
+
+@pytest.mark.parametrize("read", [open_log, inspect_log])
+def test_a_folder_of_several_recordings_is_no_log(read, new_drive, tmp_path: Path) -> None:
+    folder = tmp_path / "monday"
+    folder.mkdir()
+    names = ["monday_0.mcap", "monday_1.mcap", "again.mcap"]
+    for name in names[:2]:
+        new_drive().straight().mcap(folder / name)
+    read(folder)
+    new_drive().straight().mcap(folder / names[2])
+    with pytest.raises(LogError, match=r"a folder of 3 logs \(again.mcap, .*objstate batch"):
+        read(folder)
 
 
 def test_the_share_read_grows_within_a_chunk(drive, tmp_path: Path) -> None:
