@@ -24,16 +24,10 @@ from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometr
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.odometry import Standing
-from objstate.logs.ordering import Arrival, Item
+from objstate.logs.ordering import Arrival, Item, TopicByTopic
 from objstate.logs.roles import Roles, check_left_out
 from objstate.logs.scans import BeamGeometry, sweep_from
-from objstate.logs.survey import (
-    LIVE_SURVEY_NS,
-    SURVEY_NS,
-    lasers_from_later_on,
-    read_tf_until,
-    survey,
-)
+from objstate.logs.survey import Survey, read_tf_until, survey
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
 
 # ns; header times that shift so far against the recording times are a clock set anew
@@ -66,7 +60,7 @@ class Converter:
         self._ahead_ns = {
             frame_name(frame): round(ahead * 1e9) for frame, ahead in clock_offsets.items()
         }
-        self._messages = messages
+        self.messages = messages  # in recorded order, from when it is made on
         self._roles = roles
         self._notices = notices
         self._tree = FrameTree()
@@ -85,7 +79,7 @@ class Converter:
 
     def arrivals(self) -> Iterator[Arrival]:
         """All items of the log; messages that can't be decoded are dropped with a notice."""
-        for message in self._messages.messages(self._handlers.keys()):
+        for message in self.messages.messages(self._handlers.keys()):
             try:
                 decoded = self._roles.decoded(message)
             except LogError as error:
@@ -95,23 +89,32 @@ class Converter:
                 yield Arrival(item, message.recorded_ns)
 
     def _look_ahead(self, end: float | None) -> None:
-        log = self._messages, self._roles, self._mountings
         with self._notices.muted():
-            found = survey(*log, LIVE_SURVEY_NS if self._goes_on else SURVEY_NS)
-            later = {} if self._goes_on else lasers_from_later_on(found, *log, end)
+            found = self._survey(end)
+            if is_merged := not found.is_sorted:
+                self.messages = TopicByTopic(self.messages)
+                found = self._survey(end)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
             self._surveyed_delay_ns = found.delay_ns or 0
             self._odometry_edge = self._find_odometry_in_tf(found.laser_frames.values())
-            for topic, laser in (found.laser_frames | later).items():
+            for topic, laser in (found.laser_frames | found.later_frames).items():
                 if topic not in self._duplicates:
                     self._seek_mounting(laser)
                     self._mountings.mounting(laser, self._base)
+        if is_merged:
+            self._notices.add(
+                "The log is not sorted by time: it is read topic by topic, and slower"
+            )
         for topic, used in self._duplicates.items():
             self._notices.add(
                 f"{topic} comes from the same laser as {used} and is left out; "
                 "--topics chooses otherwise"
             )
+
+    def _survey(self, end: float | None) -> Survey:
+        log = self.messages, self._roles, self._mountings
+        return survey(*log, end, goes_on=self._goes_on)
 
     def _find_odometry_in_tf(self, lasers: Collection[str]) -> tuple[str, str] | None:
         """Odometry frame and robot frame in tf; None where there is an odometry topic."""
@@ -119,7 +122,7 @@ class Converter:
             return None
         read_tf_until(
             lambda: odometry_root(self._tree, lasers) is not None,
-            self._messages,
+            self.messages,
             self._roles,
             self._tree,
         )
@@ -147,7 +150,7 @@ class Converter:
         with self._notices.muted():
             read_tf_until(
                 lambda: self._mountings.is_known(laser, self._base),
-                self._messages,
+                self.messages,
                 self._roles,
                 self._tree,
             )

@@ -46,6 +46,7 @@ class Log:
         goes_on: bool = False,
     ) -> None:
         self._messages, self._ordered, self._goes_on = messages, ordered, goes_on
+        self._sorted = messages  # in recorded order, once it is read
         self._mounts = mounts
         self._clock_offsets = clock_offsets
         self._mountings: Mapping[str, FloatArray] = {}
@@ -69,7 +70,7 @@ class Log:
             self._span[1],
             goes_on=self._goes_on,
         )
-        self._mountings = converter.mountings
+        self._mountings, self._sorted = converter.mountings, converter.messages
         records = self._ordered(converter.arrivals(), self._notices)
         for record in _within(records, *self._span):
             self._passed[type(record).__name__] += 1
@@ -90,7 +91,7 @@ class Log:
     @property
     def share(self) -> float:
         """Share of the log read so far, 0..1."""
-        return self._messages.share
+        return self._sorted.share
 
     @property
     def counts(self) -> dict[str, int]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import count
+from operator import attrgetter
 from typing import NamedTuple
 
+from objstate.logs.definitions import MessageType
+from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
 from objstate.logs.scans import Sweep
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
@@ -30,6 +33,35 @@ RANKS: dict[type, int] = {
     Odometry: 1,
     Sweep: 2,
 }
+
+
+class TopicByTopic:
+    """A log whose topics were written one after the other, in recorded order.
+
+    It is read once for each topic at the same time, so that memory stays flat.
+    """
+
+    def __init__(self, messages: Container) -> None:
+        self._messages = messages
+        self._share = 0.0
+
+    @property
+    def share(self) -> float:
+        """How much of it the latest iteration has read of the topic that is ahead, 0..1."""
+        return self._share
+
+    def topics(self) -> Mapping[str, MessageType]:
+        """Message types by topic."""
+        return self._messages.topics()
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Its messages in recorded order, all or those of some topics."""
+        self._share = 0.0
+        wanted = self.topics() if topics is None else topics
+        each = [self._messages.messages([topic]) for topic in wanted]
+        for message in heapq.merge(*each, key=attrgetter("recorded_ns")):
+            self._share = max(self._share, self._messages.share)
+            yield message
 
 
 class Arrival(NamedTuple):

@@ -15,6 +15,7 @@ from typing import Any
 from objstate.errors import LogError
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name
 from objstate.logs.messages import Container, Message, header_ns
+from objstate.logs.ordering import WINDOW_NS
 from objstate.logs.roles import Roles, preferred
 from objstate.logs.span import stamp_at
 
@@ -29,9 +30,18 @@ class Survey:
     """The content of a log's beginning."""
 
     laser_frames: dict[str, str] = field(default_factory=dict)  # by topic
+    later_frames: dict[str, str] = field(default_factory=dict)  # of lasers that speak later
+    is_sorted: bool = True  # whether no topic begins after later messages of others
     first_ns: int = 0  # when the first message was recorded
     odometry_child: str | None = None  # the robot's frame in the odometry
     delay_ns: int | None = None  # by which recording times are ahead of header times
+
+    def is_after(self, recorded_ns: int, end: float | None) -> bool:
+        """Whether a message was recorded after ``end``, as users give it."""
+        delay_ns = self.delay_ns or 0
+        return end is not None and (
+            recorded_ns > stamp_at(end, self.first_ns - delay_ns) + delay_ns
+        )
 
     def duplicates(self) -> dict[str, str]:
         """Topics with the same scans as another, by the one to use: processed copies."""
@@ -46,44 +56,58 @@ class Survey:
         }
 
 
-def survey(messages: Container, roles: Roles, mountings: Mountings, span_ns: int) -> Survey:
-    """Read the first ``span_ns``. Transforms go into the tree of ``mountings``."""
+def survey(
+    messages: Container,
+    roles: Roles,
+    mountings: Mountings,
+    end: float | None,
+    *,
+    goes_on: bool,
+) -> Survey:
+    """Read the log's beginning, and on until each topic has spoken, unless the drive ``goes_on``.
+
+    Transforms of the beginning go into the tree of ``mountings``. Lasers that first speak after
+    ``end``, as users give it, are left out.
+    """
     found = Survey()
+    silent = set(roles.telling)
+    before_ns, in_beginning = 0, True
     for message in messages.messages(roles.telling):
-        found.first_ns = found.first_ns or message.recorded_ns
-        if message.recorded_ns - found.first_ns > span_ns:
+        now_ns, is_first = message.recorded_ns, message.topic in silent
+        found.first_ns = found.first_ns or now_ns
+        silent.discard(message.topic)
+        found.is_sorted &= not is_first or now_ns >= before_ns - WINDOW_NS
+        before_ns = now_ns
+        span_ns = LIVE_SURVEY_NS if goes_on else SURVEY_NS
+        in_beginning = in_beginning and now_ns - found.first_ns <= span_ns
+        if in_beginning:
+            _note(found, message, roles, mountings)
+        elif goes_on:
             break
-        if message.topic in roles.tf:
-            _grow(mountings.tree, message, roles)
-            continue
-        if (decoded := _decoded(message, roles)) is None:
-            continue
-        if found.delay_ns is None and (stamp_ns := header_ns(decoded)):
-            found.delay_ns = message.recorded_ns - stamp_ns
-        if message.topic in roles.lasers:
-            found.laser_frames.setdefault(message.topic, mountings.laser(message.topic, decoded))
-        elif message.topic == roles.odometry and found.odometry_child is None:
-            found.odometry_child = frame_name(decoded.child_frame_id) or BASE
+        elif (
+            is_first
+            and message.topic in roles.lasers
+            and not found.is_after(now_ns, end)
+            and (scan := _decoded(message, roles)) is not None
+        ):
+            found.later_frames[message.topic] = mountings.laser(message.topic, scan)
+        if not found.is_sorted or not (in_beginning or silent):
+            break
     return found
 
 
-def lasers_from_later_on(
-    found: Survey, messages: Container, roles: Roles, mountings: Mountings, end: float | None
-) -> dict[str, str]:
-    """Frames of the lasers that speak after the survey, by topic, up to ``end`` as users give it."""
-    silent = set(roles.lasers - found.laser_frames.keys())
-    if not silent:
-        return {}
-    frames: dict[str, str] = {}
-    delay_ns = found.delay_ns or 0
-    end_ns = None if end is None else stamp_at(end, found.first_ns - delay_ns) + delay_ns
-    for message in messages.messages(roles.telling):
-        if not silent or (end_ns is not None and message.recorded_ns > end_ns):
-            break
-        if message.topic in silent and (decoded := _decoded(message, roles)) is not None:
-            frames[message.topic] = mountings.laser(message.topic, decoded)
-            silent.remove(message.topic)
-    return frames
+def _note(found: Survey, message: Message, roles: Roles, mountings: Mountings) -> None:
+    if message.topic in roles.tf:
+        _grow(mountings.tree, message, roles)
+        return
+    if (decoded := _decoded(message, roles)) is None:
+        return
+    if found.delay_ns is None and (stamp_ns := header_ns(decoded)):
+        found.delay_ns = message.recorded_ns - stamp_ns
+    if message.topic in roles.lasers:
+        found.laser_frames.setdefault(message.topic, mountings.laser(message.topic, decoded))
+    elif message.topic == roles.odometry and found.odometry_child is None:
+        found.odometry_child = frame_name(decoded.child_frame_id) or BASE
 
 
 def read_tf_until(

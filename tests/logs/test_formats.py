@@ -111,6 +111,25 @@ def test_topics_recorded_apart_are_merged(new_drive, tmp_path: Path) -> None:
     assert sum(isinstance(record, Scan) for record in log) == 16
 
 
+@pytest.mark.parametrize("kind", ["mcap", "bag1", "bag2"])
+@pytest.mark.parametrize("first", ["/odom", "/scan"])
+def test_topics_written_one_after_the_other_are_merged(
+    kind: str, first: str, new_drive, tmp_path: Path
+) -> None:
+    whole = new_drive().straight(10.0)
+    apart = new_drive(sorted(whole.messages, key=lambda each: (each[0] != first, each[0])))
+    log = open_log(getattr(apart, kind)(tmp_path / "apart"))
+    shares, stamps = [], []
+    for record in log:
+        shares.append(log.share)
+        stamps.append((type(record), record.stamp_ns))
+    sorted_log = open_log(whole.mcap(tmp_path / "sorted.mcap"))
+    assert stamps == [(type(record), record.stamp_ns) for record in sorted_log]
+    assert shares == sorted(shares)
+    assert log.warnings == ["The log is not sorted by time: it is read topic by topic, and slower"]
+    assert sorted_log.warnings == []
+
+
 def test_iterating_again_reads_again(drive, tmp_path: Path) -> None:
     messages = open_messages(drive.straight().mcap(tmp_path / "a.mcap"))
     assert list(messages) == list(messages) != []
