@@ -22,6 +22,7 @@ from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
 from objstate.estimator.start import Start
 from objstate.estimator.thinning import NEVER_NS, Thinning
+from objstate.estimator.width import TooWide
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief, Vantage
@@ -78,6 +79,7 @@ class Estimator:
         self._now_ns = NEVER_NS  # of the last record
         self.scans_without_pose = 0
         self.corrections = 0  # number of scans that localized the robot
+        self.too_wide = TooWide()  # the recorded robot belief, for objects near it
         self._sensing = sensing = Sensing(building, BeamModel(s.beam_model))
         self._thinned, self._schedule = Thinning(s.scans), Schedule(s.object_updates)
         self._believed = Believed(building, s, seed, beliefs or {}, history=history)
@@ -212,7 +214,11 @@ class Estimator:
         if localizing.any():
             sight = sight.by(robot.localize(sight, localizing))
             self.corrections += 1
-        if not (self._observes and observing.any() and robot.is_narrow):
+        if not (self._observes and observing.any()):
+            return []
+        if not robot.localizes:
+            self._note_width(sight, observing)
+        if not robot.is_narrow:
             return []
         if self.is_lost:
             return self._lost(sight)
@@ -223,6 +229,15 @@ class Estimator:
             known = self._joint.known(near.pointed_at, sight)
             fits = self._joint.observe(near.pointed_at, sight, robot, known)
         return rows(self._believed.marginals, fits)
+
+    def _note_width(self, sight: Sight, observing: BoolArray) -> None:
+        """Note whether a recorded belief is too wide for the objects near it."""
+        robot, is_linear = self._robot, self._joint.is_linear(sight.scan)
+        is_used = robot.is_tight if is_linear else robot.is_narrow
+        if is_used or not self._near(sight, observing).names:
+            self.too_wide.end()
+        else:
+            self.too_wide.note(sight.scan.stamp_ns, sight.robot)
 
     def _near(self, sight: Sight, beams: BoolArray) -> Near:
         """The objects near the robot, and which of some beams (n,) point at them."""

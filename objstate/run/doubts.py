@@ -29,6 +29,8 @@ COMPASS = (  # counter-clockwise
 MOST_LOST = 0.5
 NOTICEABLY_LOST = 0.005  # share of a log, which rounds to a percent
 LONG_PAUSE_NS = 600 * 1_000_000_000  # ns without a record, after which a drive may be another
+# ns in which a recorded robot belief is too wide for objects near it, by which a door is missed
+LONG_WIDE_NS = 5 * 1_000_000_000
 NAMES_SHOWN = 5  # most names in a list
 
 
@@ -72,6 +74,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_path(drive, estimator, options),
         *_of_pauses(drive),
         *_of_being_lost(drive, estimator, options),
+        *_of_width(drive, estimator),
         *_of_objects(drive, estimator, options),
         *_of_hinges(estimator),
     ]
@@ -201,29 +204,26 @@ def _of_objects(drive: Drive, estimator: Estimator, options: RunOptions) -> Iter
         yield "The building has no movable objects; only the robot's path was estimated."
     elif _was_never_found(estimator, options):
         return
-    elif not drive.estimates and (wide := _too_wide(estimator, options)):
-        yield wide
-    elif not drive.estimates:
+    elif not drive.estimates and estimator.too_wide.first_ns is None:
         yield "No scan was near an object. Is this the building of the log, and the start right?"
-    elif not drive.observed:
+    elif drive.estimates and not drive.observed:
         yield (
             "The robot passed objects, but no beam reached any of them; their states are their "
             "priors. Do the lasers see them at their height?"
         )
 
 
-def _too_wide(estimator: Estimator, options: RunOptions) -> str | None:
-    """A warning where the recorded robot belief was too wide for objects at the log's end."""
-    robot = estimator.robot
-    if options.belief != "recorded" or robot is None:
-        return None
-    yaw_std = math.sqrt(robot.covariance[2, 2])
-    if robot.position_std <= TIGHT_M and yaw_std <= TIGHT_RAD:
-        return None
-    return (
-        "No object was updated: at the log's end, the recorded robot belief has standard "
-        f"deviations of {robot.position_std:.2f} m and {math.degrees(yaw_std):.1f}°, and objects "
-        f"need {TIGHT_M:g} m and {math.degrees(TIGHT_RAD):.1f}°. --belief own localizes by the scans."
+def _of_width(drive: Drive, estimator: Estimator) -> Iterator[str]:
+    """Warn of a recorded robot belief that was too wide for objects, for long or all the time."""
+    wide = estimator.too_wide
+    if wide.first_ns is None or (drive.estimates and wide.total_ns < LONG_WIDE_NS):
+        return
+    yield (
+        f"No object was updated in {wide.total_ns / 1e9:.0f} s of the log, between "
+        f"{_at(wide.first_ns, drive):.0f} and {_at(wide.last_ns, drive):.0f} s, although some were "
+        "near: the recorded robot belief had standard deviations of up to "
+        f"{wide.position_std:.2f} m and {math.degrees(wide.yaw_std):.1f}°, and objects need "
+        f"{TIGHT_M:g} m and {math.degrees(TIGHT_RAD):.1f}°. --belief own localizes by the scans."
     )
 
 

@@ -130,6 +130,27 @@ def recorded(
     return RobotBelief(stamp_ns, pose + std * rng.standard_normal((100, 3)), np.full(100, 0.01))
 
 
+def test_a_recorded_belief_that_is_too_wide_for_objects_near_it_is_noted() -> None:
+    driven = short_drive()
+    scans = [record for record in driven.records if isinstance(record, Scan)]
+    middle_ns = scans[len(scans) // 2].stamp_ns
+    records: list[Record] = []
+    for record in driven.records:
+        if isinstance(record, Scan):
+            std = 0.01 if record.stamp_ns < middle_ns else 0.2
+            covariance = np.diag([std, std, 0.01]) ** 2
+            pose = driven.poses[record.stamp_ns]
+            records.append(GaussianRobotBelief(record.stamp_ns, pose, covariance))
+        records.append(record)
+    estimator = Estimator(CORRIDOR, belief="recorded")
+    rows = fed(estimator, records)
+    wide = estimator.too_wide
+    assert wide.first_ns is not None
+    assert all(row.stamp_ns < middle_ns <= wide.first_ns for row in rows)
+    assert 0.1 < wide.position_std < 0.4
+    assert wide.total_ns == wide.last_ns - wide.first_ns > 0
+
+
 def test_between_recorded_beliefs_the_odometry_carries_on() -> None:
     driven = short_drive()
     first = RobotBelief(START_NS, np.tile(START, (50, 1)), np.full(50, 0.02))

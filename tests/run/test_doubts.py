@@ -16,6 +16,8 @@ import pytest
 from objstate.building import load_building
 from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
+from objstate.estimator.width import TooWide
+from objstate.localization import PoseBelief
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
@@ -46,7 +48,7 @@ def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
         scans_without_pose=0,
         corrections=1,
         hung_elsewhere={},
-        robot=None,
+        too_wide=TooWide(),
     )
 
 
@@ -98,14 +100,22 @@ def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
     assert not [text for text in doubts(gone, estimator(), options) if "no scan of it" in text]
 
 
-@pytest.mark.parametrize(("std", "is_told"), [(0.2, True), (0.05, False)])
-def test_a_recorded_belief_that_is_too_wide_for_objects_is_named(std: float, is_told: bool) -> None:
+@pytest.mark.parametrize(
+    ("seconds", "estimates", "is_told"), [(20, 0, True), (20, 50, True), (1, 50, False)]
+)
+def test_a_recorded_belief_that_is_too_wide_for_objects_is_named(
+    seconds: int, estimates: int, is_told: bool
+) -> None:
     believed = estimator()
-    believed.robot = SimpleNamespace(position_std=std, covariance=np.diag([std, std, 0.03]) ** 2)
-    told = doubts(drive(), believed, RunOptions(belief="recorded"))
-    (objects,) = [text for text in told if "object" in text]
-    expected = "standard deviations of 0.20 m and 1.7°" if is_told else "No scan was near an object"
-    assert expected in objects
+    for second in range(10, 10 + seconds + 1):
+        robot = PoseBelief.whitened(np.zeros(3), np.diag([0.2, 0.2, 0.03]) ** 2, np.eye(3))
+        believed.too_wide.note(second * SECOND, robot)
+    believed.too_wide.end()
+    gone = replace(drive(), estimates=estimates, observed=estimates)
+    told = doubts(gone, believed, RunOptions(belief="recorded"))
+    expected = f"in {seconds} s of the log, between 9 and {9 + seconds} s, although some were near"
+    assert any(expected in text for text in told) == is_told
+    assert not any("No scan was near an object" in text for text in told)
 
 
 def test_errors_of_doors_that_the_building_lacks_are_named_with_their_file() -> None:
