@@ -23,6 +23,9 @@ LONGEST_SWEEP = 1.0
 # m that a laser sees at least; without a usable range_max it sees as far as its farthest reading
 LEAST_REACH = 1.0
 
+FARTHEST = 500.0  # m that the lasers of robots read at most
+WIDEST = 4 * math.pi  # rad; two turns, of which a scan shows one
+
 # beams; drivers differ in whether the last angle is included
 COUNT_TOLERANCE = 1
 
@@ -159,6 +162,16 @@ def _has_beams(message: Any, count: int, laser: str, notices: Notices) -> bool:
     if not usable or (message.angle_increment == 0 and count > 1):
         notices.drop("Scan", f"{laser} sent unusable angles")
         return False
+    if (span := abs(message.angle_increment) * (count - 1)) > WIDEST:
+        notices.add(
+            f"The beams of {laser} span {span:.0f} rad, which looks like degrees; a LaserScan has "
+            "radians"
+        )
+    if FARTHEST < message.range_max < math.inf:
+        notices.add(
+            f"{laser} reads up to {message.range_max:g} m, which looks like millimetres; a LaserScan "
+            "has metres"
+        )
     if disagrees(message):
         notices.add(
             f"{laser} sent more or fewer ranges than its angles announce: angle_min and "

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from objstate.errors import LogError
-from objstate.logs import inspect_log
+from objstate.logs import inspect_log, open_log
 
 
 def test_a_sound_log_has_no_problems(drive, tmp_path) -> None:
@@ -33,8 +33,11 @@ def test_shares_of_returns(drive, tmp_path) -> None:
 
 def test_ranges_in_millimetres_are_named(drive, tmp_path) -> None:
     drive.odometry(0).scan(0, (1000.0, 2000.0), frame="base_link", range_max=8000.0).odometry(1)
-    (problem,) = inspect_log(drive.mcap(tmp_path / "a.mcap")).problems
-    assert "'base_link' reads up to 8000 m, which looks like millimetres" in problem
+    log = open_log(drive.mcap(tmp_path / "a.mcap"))
+    list(log)
+    (problem,) = inspect_log(tmp_path / "a.mcap").problems
+    assert "base_link reads up to 8000 m, which looks like millimetres" in problem
+    assert log.warnings == [problem]
 
 
 @pytest.mark.parametrize("ranges", [(1000.0, 2000.0), (0.0, math.nan), (math.inf, 10.0)])
@@ -111,5 +114,8 @@ def test_angles_in_degrees_are_named(drive, tmp_path) -> None:
     drive.odometry(0).scan(
         0, frame="base_link", angle_min=-90.0, angle_max=90.0, angle_increment=90
     )
-    (problem,) = inspect_log(drive.odometry(1).mcap(tmp_path / "a.mcap")).problems
-    assert "The beams of the laser 'base_link' span 180 rad, which looks like degrees" in problem
+    log = open_log(drive.odometry(1).mcap(tmp_path / "a.mcap"))
+    list(log)
+    (problem,) = inspect_log(tmp_path / "a.mcap").problems
+    assert "The beams of base_link span 180 rad, which looks like degrees" in problem
+    assert log.warnings == [problem]
