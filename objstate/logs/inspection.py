@@ -19,7 +19,7 @@ from objstate.logs.log import open_log
 from objstate.logs.messages import Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.roles import odometry_topic
-from objstate.logs.scans import clean_ranges
+from objstate.logs.scans import clean_ranges, without_return
 
 # s; a larger difference of header and recording times is reported: the clocks differ
 LARGEST_OFFSET = 1.0
@@ -277,9 +277,7 @@ class _Survey:
     def problems(self) -> list[str]:
         of_clocks = (clock.problems(topic) for topic, clock in sorted(self._clocks.items()))
         return [*chain.from_iterable(of_clocks)] + [
-            f"The laser '{frame}' has no return in any scan: its readings are all 0, nan or inf, "
-            f"or not from range_min {laser.first.range_min:g} to range_max "
-            f"{laser.first.range_max:g} m."
+            without_return(frame, laser.first.range_min, laser.first.range_max)
             for frame, laser in sorted(self.lasers.items())
             if not laser.returns
         ]

@@ -135,6 +135,14 @@ def clean_ranges(message: Any, laser: str, notices: Notices) -> tuple[FloatArray
     return ranges, range_min, range_max
 
 
+def without_return(laser: str, range_min: float, range_max: float) -> str:
+    """What to say of a laser none of whose readings are returns."""
+    return (
+        f"The laser '{laser}' has no return in any scan: its readings are all 0, nan or inf, or not "
+        f"from range_min {range_min:g} to range_max {range_max:g} m."
+    )
+
+
 def declared_count(message: Any) -> int:
     """How many beams the angles of a ``LaserScan`` announce; -1 where they make no sense."""
     steps = float(message.angle_max - message.angle_min) / float(

@@ -11,6 +11,7 @@ from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
 from objstate.logs.frames import frame_name
+from objstate.logs.scans import without_return
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
@@ -122,6 +123,8 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
                 f"{option} names '{frame}', but no scan of it was read; there are scans of "
                 f"{_some(drive.heights)}."
             )
+    for frame, limits in drive.without_return.items():
+        yield without_return(frame, *limits)
     if not len(building.walls.vertices):
         return
     heights = building.walls.vertices[:, 2]
@@ -204,6 +207,8 @@ def _of_objects(drive: Drive, estimator: Estimator, options: RunOptions) -> Iter
         yield "The building has no movable objects; only the robot's path was estimated."
     elif _was_never_found(estimator, options):
         return
+    elif drive.without_return.keys() == drive.heights.keys() != set():
+        return  # reported of each laser
     elif not drive.estimates and estimator.too_wide.first_ns is None:
         yield "No scan was near an object. Is this the building of the log, and the start right?"
     elif drive.estimates and not drive.observed:

@@ -27,6 +27,8 @@ class Drive:
     observed: int = 0  # estimates of objects that a beam reached
     pause_ns: tuple[int, int] = (0, 0)  # the longest without any record, and when it began
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
+    # range_min and range_max, m, of lasers that had no return so far
+    without_return: dict[str, tuple[float, float]] = field(default_factory=dict)
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
     localized: list[tuple[int, float]] = field(
         default_factory=list
@@ -66,6 +68,9 @@ class Drive:
         self.scans += 1
         if scan.laser not in self.heights and len(scan):
             self.heights[scan.laser] = float(scan.rays.origins[0, 2])
+            self.without_return[scan.laser] = scan.range_min, scan.range_max
+        if scan.laser in self.without_return and np.isfinite(scan.ranges).any():
+            del self.without_return[scan.laser]
         if robot is not None:
             self.stamps_ns.append(scan.stamp_ns)
             self.poses.extend(robot.mean.tolist())

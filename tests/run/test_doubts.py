@@ -18,6 +18,7 @@ from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
 from objstate.estimator.width import TooWide
 from objstate.localization import PoseBelief
+from objstate.records import Rays, Scan
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
@@ -91,6 +92,20 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
     assert hung.startswith("The hinges of 4 doors seem to be elsewhere: 'door_0' 0.10 m east")
     assert hung.endswith("less exactly than 0.01 m, state it (building_error.hinge_std_m).")
+
+
+@pytest.mark.parametrize("reading", [np.nan, np.inf, 2.0])
+def test_a_laser_without_any_return_is_named(reading: float) -> None:
+    gone, believed = drive(), estimator()
+    believed.robot, believed.p_localized = None, 1.0
+    for range_ in (np.nan, reading):
+        rays = Rays(np.full((1, 3), 0.3), np.array([[1.0, 0.0, 0.0]]))
+        scan = Scan(SECOND, "front", np.array([range_]), rays, 0.1, 8.0, np.zeros(3))
+        gone.note(scan, believed, [])
+    told = doubts(gone, believed, RunOptions())
+    is_blind = any("'front' has no return in any scan" in text for text in told)
+    assert is_blind == (not np.isfinite(reading))
+    assert any("No scan was near an object" in text for text in told) != is_blind
 
 
 def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
