@@ -54,6 +54,13 @@ def test_carmen_takes_scans_and_odometry_and_names_the_rest(tmp_path: Path) -> N
     assert len(scans) + left_out == before
 
 
+def test_carmen_without_a_topic_of_odometry_says_why_it_holds_no_scan(tmp_path: Path) -> None:
+    drive = Drive().tf(0.0, "base_link", "laser", (0.2, 0.0, 0.3)).scan(0.0).scan(0.1)
+    drive.tf(0.1, "odom", "base_link", topic="/tf")
+    result = convert(drive.mcap(tmp_path / "drive.mcap"), tmp_path / "drive.log")
+    assert any("2 scans, as no topic holds odometry" in warning for warning in result.warnings)
+
+
 @pytest.mark.parametrize("ending", [".mcap", ".bag", "", ".log"])
 def test_the_list_is_what_the_new_log_holds(ending: str, tmp_path: Path) -> None:
     drive = Drive().scan(0.0).tf(0.0, "base_link", "laser", (0.2, 0.0, 0.3))

@@ -113,7 +113,12 @@ class CarmenLog:
     def finish(self) -> None:
         """Count what still waits for odometry, and report what was left out."""
         self._end_odometry()
-        self._dropped["scans after the last odometry"] += len(self._waiting)
+        unplaced = (
+            "scans, as no topic holds odometry (nav_msgs/Odometry), and CARMEN has a pose for each"
+            if self._after is None
+            else "scans after the last odometry"
+        )
+        self._dropped[unplaced] += len(self._waiting)
         if self._lasers:
             self.warnings.append(
                 "CARMEN keeps of all transforms only where lasers are mounted along the robot's "
