@@ -76,7 +76,8 @@ def survey(
         now_ns, is_first = message.recorded_ns, message.topic in silent
         found.first_ns = found.first_ns or now_ns
         silent.discard(message.topic)
-        found.is_sorted &= not is_first or now_ns >= before_ns - WINDOW_NS
+        is_sorted = goes_on or not is_first or now_ns >= before_ns - WINDOW_NS
+        found.is_sorted &= is_sorted  # a drive that goes on is as it comes
         before_ns = now_ns
         span_ns = LIVE_SURVEY_NS if goes_on else SURVEY_NS
         in_beginning = in_beginning and now_ns - found.first_ns <= span_ns

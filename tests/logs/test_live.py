@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from objstate.logs import Log
 from objstate.logs.definitions import LASER_SCAN, MessageType
 from objstate.logs.live import ClockSetBackError, LiveMessages, in_live_order, open_live
 from objstate.logs.messages import Message
@@ -89,14 +90,29 @@ def test_messages_are_read_again_until_released() -> None:
     assert [each.recorded_ns for each in first] == [3]
 
 
-def test_a_laser_without_a_mounting_that_speaks_late_ends_no_drive(drive) -> None:
-    drive.straight(3.0).scan(3.0, frame="rear", topic="/rear")
+def live(drive) -> Log:
+    """A live drive that has ended."""
     cdr = drive.cdr()
     types = {topic: MessageType(kind) for topic, kind, _, _ in cdr}
     messages = LiveMessages(types)
     for topic, _, recorded_ns, data in cdr:
         messages.put(Message(topic, types[topic], recorded_ns, data))
     messages.close()
-    log = open_live(messages)
+    return open_live(messages)
+
+
+def test_a_topic_that_comes_late_does_not_make_a_drive_wait_for_each_topic(
+    drive, new_drive
+) -> None:
+    late = new_drive().tf(-0.5, "base_link", "laser", (0.2, 0.0, 0.3)).messages
+    for step in range(40):
+        drive.odometry(step / 20).scan(step / 20)
+    log = live(new_drive([*drive.messages[:36], *late, *drive.messages[36:]]))
+    assert sum(isinstance(record, Scan) for record in log) == 40
+    assert log.warnings == []
+
+
+def test_a_laser_without_a_mounting_that_speaks_late_ends_no_drive(drive) -> None:
+    log = live(drive.straight(3.0).scan(3.0, frame="rear", topic="/rear"))
     assert {record.laser for record in log if isinstance(record, Scan)} == {"laser"}
     assert any("no mounting of the laser 'rear'" in warning for warning in log.warnings)
