@@ -54,7 +54,7 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
 
 
 def estimated(
-    out: Path, log: Path, building: Path, installed: Path = ROOT, *, cores: int, to: int = 45
+    out: Path, log: Path, building: Path, installed: Path = ROOT, *, cores: int, to: int = 55
 ) -> tuple[bytes, int, int]:
     """What a log gives with so many cores, and how many loops it loaded and compiled.
 

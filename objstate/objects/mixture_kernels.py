@@ -36,7 +36,7 @@ SURE = 4.0  # deviations of its distance from a corner from which a beam surely 
 # and the least that is left of each
 HANDLE, GLASS = 0, 1
 KINDS, LEAST_KIND = (0.5, 0.02), 1e-3
-HANDLE_STOPS, HANDLE_STD = 0.8, 0.02  # share of the beams that meet its outline; deviation, m
+HANDLE_STOPS, HANDLE_STD = 0.8, 0.02  # share of the beams that meet its outline; m that it is off
 GLASS_PASSES = 0.4  # share of the beams that pass a leaf of glass
 # nats below the most probable component from which a component isn't refined; doors come to
 # others within a fifth of a second with about e^-14 of the weight
@@ -98,6 +98,7 @@ class Work(NamedTuple):
     expected: FloatArray  # (n,) m to the object, inf where it is missed
     side: IntArray  # (n,) the segment that is met, -1 for none
     bump: FloatArray  # (n,) m to what may stick out of the object, inf where it is missed
+    bump_variance: FloatArray  # (n,) m^2, of that range
     share: FloatArray  # (n,) probability that the beam meets the object
     # (n,) relative change of the density between surely meeting and surely missing the object
     odds: FloatArray
@@ -168,12 +169,12 @@ def _cast(
         own_y = cos_turned * off_y - sin_turned * off_x
         own_dx, own_dy = cos_turned * dx + sin_turned * dy, cos_turned * dy - sin_turned * dx
         nearest, work.side[i] = _nearest(shape, own_x, own_y, own_dx, own_dy, x[THICKNESS])
-        bump = np.inf
         for k in range(shape.handle.shape[0]):
             normal = shape.handle_normals[k]
-            bump = min(bump, met(own_x, own_y, own_dx, own_dy, shape.handle[k], normal))
-        if bump < min(nearest, beams.background[i]):
-            work.bump[i] = bump
+            bump = met(own_x, own_y, own_dx, own_dy, shape.handle[k], normal)
+            if bump < min(work.bump[i], nearest, beams.background[i]):
+                cosine = max(abs(normal[0] * own_dx + normal[1] * own_dy), GRAZING)
+                work.bump[i], work.bump_variance[i] = bump, (HANDLE_STD / cosine) ** 2
         if work.side[i] >= 0:
             work.expected[i] = nearest
             _cover(i, shape.among[work.side[i]], beams.background[i], work)
@@ -435,7 +436,7 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         met_it = noise.hit * _bell(measured - expected, variance)
     solid = (1.0 - passes) * met_it
     if work.bump[i] < np.inf:
-        spread = _scatter(noise, work.bump[i]) + HANDLE_STD * HANDLE_STD
+        spread = _scatter(noise, work.bump[i]) + work.bump_variance[i]
         bumped = noise.hit * _bell(measured - work.bump[i], spread)
         otherwise = share * (solid + passes * past) + (1.0 - share) * past
         work.slopes[HANDLE] = reaches * HANDLE_STOPS * (bumped - otherwise)
@@ -702,6 +703,7 @@ def condition(
     work = Work(
         np.empty(count),
         np.empty(count, dtype=np.int64),
+        np.empty(count),
         np.empty(count),
         np.empty(count),
         np.empty(count),

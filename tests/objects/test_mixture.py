@@ -407,3 +407,21 @@ def test_weights_are_those_of_all_paces_by_their_probabilities() -> None:
     resting = sum(share * other.resting for share, other in zip(shares, each, strict=True))
     assert resting == pytest.approx(mixture.resting, abs=1e-12)
     assert mixture.weights.sum() == pytest.approx(1.0)
+
+
+def test_a_handle_of_another_depth_is_one_from_the_side_too() -> None:
+    """2 instead of 5.5 cm deep: seen along the leaf, its ranges are 9 cm off."""
+    plain, rng = read(0.0, pose=np.array([-0.4, -0.5, 0.4])), np.random.default_rng(5)
+    ends = plain.origins + plain.measured[:, None] * plain.directions - leaf().hinge
+    on_it = np.isfinite(plain.measured) & (ends[:, 0] > 0.72) & (ends[:, 0] < 0.86)
+    slant = np.abs(plain.directions[:, 1])  # of a leaf that is closed along x
+    assert on_it.sum() == 2
+    measured = np.where(on_it, plain.measured - 0.02 / slant, plain.measured)
+    measured += 0.01 * rng.standard_normal(len(measured))
+    precise, outline = noise()._replace(variance=0.01**2), shape(leaf(), may_have_handle=True)
+    mixture, _ = (
+        DoorMixture.unknown(doorway(), STATICS)
+        .later(0.1, *ANEW)
+        .given(LASER, plain._replace(measured=measured), precise, outline)
+    )
+    assert probability(mixture, HANDLE) > 0.85
