@@ -109,6 +109,8 @@ class Work(NamedTuple):
     kinds: FloatArray  # (2,) probabilities of a handle and of glass, by the beams so far
     slopes: FloatArray  # (2,) derivatives of the density of a range by these
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
+    beside: FloatArray  # (n,) 1/m, density of a range to a surface that ends beside the beam
+    edge: FloatArray  # (n,) m to that surface, inf for none
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
@@ -326,16 +328,40 @@ def _bell(off: float, variance: float) -> Any:
 
 
 @_inner
-def _beside_edge(beams: Beams, noise: Noise, i: int) -> Any:
-    """Density of a range by the backgrounds of a beam's neighbours, where they differ."""
-    total, background = 0.0, beams.background
-    for j in (i - 1, i + 1):
+def _continued(beams: Beams, i: int, j: int, k: int) -> Any:
+    """Range of beam i to the line through the backgrounds of beams j and k; that of j without k."""
+    range_j, origins, directions = beams.background[j], beams.origins, beams.directions
+    if not (0 <= k < beams.background.shape[0] and beams.background[k] < np.inf):
+        return range_j
+    off_x = origins[j, 0] + range_j * directions[j, 0] - origins[i, 0]
+    off_y = origins[j, 1] + range_j * directions[j, 1] - origins[i, 1]
+    along_x = off_x + origins[i, 0] - origins[k, 0] - beams.background[k] * directions[k, 0]
+    along_y = off_y + origins[i, 1] - origins[k, 1] - beams.background[k] * directions[k, 1]
+    across = directions[i, 0] * along_y - directions[i, 1] * along_x
+    if abs(across) < GRAZING * math.hypot(along_x, along_y):
+        return range_j
+    distance = (off_x * along_y - off_y * along_x) / across
+    return distance if distance > 0.0 else range_j
+
+
+@_inner
+def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> None:
+    """Set ``work.beside`` and ``work.edge``: a beam may meet what its neighbours do.
+
+    That is so where their background is another, whose surface ends farther on than modelled.
+    """
+    background = beams.background
+    work.beside[i], work.edge[i] = 0.0, np.inf
+    for step in (-1, 1):
+        j = i + step
         if not (0 <= j < background.shape[0] and background[j] < np.inf):
             continue
         if abs(background[j] - background[i]) > STEP:
-            variance = _scatter(noise, background[j]) + FOOTPRINT * FOOTPRINT + beams.blur[j]
-            total += noise.edge * noise.hit * _bell(beams.measured[i] - background[j], variance)
-    return total
+            distance = _continued(beams, i, j, j + step)
+            variance = _scatter(noise, distance) + FOOTPRINT * FOOTPRINT + beams.blur[j]
+            density = noise.edge * noise.hit * _bell(beams.measured[i] - distance, variance)
+            work.beside[i] += density
+            work.edge[i] = min(work.edge[i], distance)
 
 
 @_inner
@@ -399,10 +425,11 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
+        work.beside[i], work.edge[i] = 0.0, np.inf
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
-        work.past[i] = _beside_edge(beams, noise, i)
+        _set_edges(beams, noise, i, work)
         if background < np.inf:
             blurred = _scatter(noise, background) + beams.blur[i]
             work.past[i] += noise.hit * _bell(measured - background, blurred)
@@ -432,19 +459,22 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
     met_it, bumped, clear = 0.0, 0.0, 1.0
+    past += work.beside[i]
+    before_it = work.beside[i] if work.edge[i] < expected else 0.0
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
     solid = (1.0 - passes) * met_it
+    by_glass = past - met_it - before_it
     if work.bump[i] < np.inf:
         spread = _scatter(noise, work.bump[i]) + work.bump_variance[i]
         bumped = noise.hit * _bell(measured - work.bump[i], spread)
-        otherwise = share * (solid + passes * past) + (1.0 - share) * past
+        otherwise = past - share * (1.0 - passes) * by_glass
         work.slopes[HANDLE] = reaches * HANDLE_STOPS * (bumped - otherwise)
         clear = 1.0 - HANDLE_STOPS * work.kinds[HANDLE]
-    work.slopes[GLASS] = reaches * clear * share * GLASS_PASSES * (past - met_it)
+    work.slopes[GLASS] = reaches * clear * share * GLASS_PASSES * by_glass
     past *= clear
     hit = reaches * share * clear * solid
-    met_it = clear * solid + passes * past
+    met_it = clear * (solid + (1.0 - passes) * before_it) + passes * past
     free = reaches * (share * met_it + (1.0 - share) * past + (1.0 - clear) * bumped + noise.random)
     nearer = 0.0
     if measured < beams.background[i]:
@@ -713,6 +743,8 @@ def condition(
         np.empty(shape.corners.shape[0], dtype=np.int64),
         np.empty(len(KINDS)),
         np.empty(len(KINDS)),
+        np.empty(count),
+        np.empty(count),
         np.empty(count),
         np.empty(count),
         np.empty(count),

@@ -217,16 +217,21 @@ def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
     np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
 
 
-def closed_between_walls(aside: float) -> Beams:
-    """A closed leaf 3 cm behind the faces of walls on both sides, which stand aside of the model."""
-    alone = read(0.0)
+def closed_between_walls(
+    begins: float, ends: float, *, pose: FloatArray = POSE, face: float = -0.05
+) -> Beams:
+    """A closed leaf behind the faces of walls on both sides, of which the model has the opening.
+
+    It is modelled from 0 to 0.9 m along the walls, and is truly where it ``begins`` and ``ends``.
+    """
+    alone = read(0.0, pose=pose)
     facing, slope = alone.directions[:, 1] > 0.0, alone.directions[:, 1]
     walls, leaves = (
-        np.where(facing, (y - alone.origins[:, 1]) / slope, np.inf) for y in (-0.05, -0.02)
+        np.where(facing, (y - alone.origins[:, 1]) / slope, np.inf) for y in (face, -0.02)
     )
     along = alone.origins[:, 0] + np.where(facing, walls, 0.0) * alone.directions[:, 0]
     opening = (along > 0.0) & (along < 0.9)
-    truly_opening = (along > aside) & (along < 0.9 + aside)
+    truly_opening = (along > begins) & (along < ends)
     read_there = np.where(truly_opening, leaves, walls)
     return alone._replace(
         measured=np.where(read_there > RANGE_MAX, np.inf, read_there),
@@ -237,7 +242,7 @@ def closed_between_walls(aside: float) -> Beams:
 
 @pytest.mark.parametrize("aside", [-0.02, 0.0, 0.02])
 def test_where_an_opening_ends_tells_nothing_of_the_closed_leaf_behind(aside: float) -> None:
-    beams, std = closed_between_walls(aside), 0.03
+    beams, std = closed_between_walls(aside, 0.9 + aside), 0.03
     mixture = DoorMixture.unknown(doorway(), Statics(std**2, math.radians(0.1) ** 2))
     mixture = after([beams] * 30, mixture)
     assert mixture.weights[doorway().cells] > 0.8
@@ -245,6 +250,19 @@ def test_where_an_opening_ends_tells_nothing_of_the_closed_leaf_behind(aside: fl
     assert math.sqrt(covariance[0, 0]) > 0.9 * std
     assert abs(offset[0]) < 0.5 * std
     assert math.sqrt(covariance[1, 1]) < 0.1 * std
+
+
+@pytest.mark.parametrize(("pose", "lip"), [((-2.4, -0.85, 0.3), 0.1), ((-2.0, -0.6, 0.3), 0.05)])
+def test_a_frame_before_a_closed_leaf_tells_nothing_of_the_leaf(
+    pose: tuple[float, float, float], lip: float
+) -> None:
+    """One beam, which grazes the wall, meets a frame that the model lacks."""
+    beams = closed_between_walls(lip, 0.9, pose=np.array(pose), face=-0.09)
+    mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
+    precise = noise()._replace(variance=0.01**2)
+    for _ in range(10):
+        mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, precise, shape(leaf()))
+    assert mixture.resting[doorway().cells] > 0.9
 
 
 def test_ends_of_a_leaf_that_stands_free_tell_where_it_hangs_along_it() -> None:
