@@ -39,7 +39,7 @@ FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
 USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
 USUAL_PACE_STD = 1.5  # prior standard deviation of the logarithm of doors' usual pace
 PACES_STD = 1.0  # of the logarithm of a door's pace about the usual one
-EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
+EDGE_SHARE = 0.1  # of the beams beside an edge that meet the other surface; of those of both
 LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
 

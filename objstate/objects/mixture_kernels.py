@@ -74,7 +74,7 @@ class Noise(NamedTuple):
     decay: float  # 1/m, decrease of unexpected things with distance
     run_std: float  # m by which ranges to one unexpected thing differ from beam to beam
     independence: float  # exponent on the likelihood of a beam, for dependent errors
-    edge: float  # share of beams beside an edge that meet the neighbouring surface
+    edge: float  # share of beams beside an edge that meet the other surface, and of mixed ones
 
 
 @record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2")
@@ -111,6 +111,7 @@ class Work(NamedTuple):
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
     beside: FloatArray  # (n,) 1/m, density of a range to a surface that ends beside the beam
     edge: FloatArray  # (n,) m to that surface, inf for none
+    mixed: FloatArray  # (n,) 1/m, density of a range between that surface and the background
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
@@ -345,13 +346,24 @@ def _continued(beams: Beams, i: int, j: int, k: int) -> Any:
 
 
 @_inner
-def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> None:
-    """Set ``work.beside`` and ``work.edge``: a beam may meet what its neighbours do.
+def _mixed(noise: Noise, measured: float, first: float, second: float) -> Any:
+    """Density of a range of a beam that meets two surfaces at once: it lies between theirs."""
+    nearer, farther = min(first, second), min(max(first, second), noise.range_max)
+    if not nearer + STEP < farther:
+        return 0.0
+    std = ROOT_2 * math.sqrt(_scatter(noise, measured) + FOOTPRINT * FOOTPRINT)
+    inside = math.erfc((nearer - measured) / std) - math.erfc((farther - measured) / std)
+    return noise.edge * noise.hit * 0.5 * inside / (farther - nearer)
 
-    That is so where their background is another, whose surface ends farther on than modelled.
+
+@_inner
+def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> None:
+    """Set ``work.beside``, ``work.edge``, ``work.mixed``: a beam may meet what its neighbours do.
+
+    That is so where their background is another. Its surface may end farther on than modelled, or
+    stop a part of the beam.
     """
     background = beams.background
-    work.beside[i], work.edge[i] = 0.0, np.inf
     for step in (-1, 1):
         j = i + step
         if not (0 <= j < background.shape[0] and background[j] < np.inf):
@@ -362,6 +374,8 @@ def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> None:
             density = noise.edge * noise.hit * _bell(beams.measured[i] - distance, variance)
             work.beside[i] += density
             work.edge[i] = min(work.edge[i], distance)
+    if work.edge[i] < np.inf:
+        work.mixed[i] = _mixed(noise, beams.measured[i], work.edge[i], background[i])
 
 
 @_inner
@@ -425,7 +439,7 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
-        work.beside[i], work.edge[i] = 0.0, np.inf
+        work.beside[i], work.edge[i], work.mixed[i] = 0.0, np.inf, 0.0
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
@@ -459,8 +473,10 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
     met_it, bumped, clear = 0.0, 0.0, 1.0
-    past += work.beside[i]
-    before_it = work.beside[i] if work.edge[i] < expected else 0.0
+    past += work.beside[i] + work.mixed[i]
+    before_it = 0.0
+    if work.edge[i] < expected:
+        before_it = work.beside[i] + _mixed(noise, measured, work.edge[i], expected)
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
     solid = (1.0 - passes) * met_it
@@ -743,6 +759,7 @@ def condition(
         np.empty(shape.corners.shape[0], dtype=np.int64),
         np.empty(len(KINDS)),
         np.empty(len(KINDS)),
+        np.empty(count),
         np.empty(count),
         np.empty(count),
         np.empty(count),
