@@ -578,6 +578,15 @@ def load_settings(path: str | Path | None) -> Settings:
     return parse_strict(Settings, load_yaml(Path(path)), str(path))
 
 
+def check_settings(given: object) -> None:
+    """Raise TypeError for what is no Settings, such as their path."""
+    if not isinstance(given, Settings):
+        raise TypeError(
+            f"A {type(given).__name__} is no Settings; give those that objstate.load_settings reads "
+            "from a YAML file."
+        )
+
+
 def load_yaml(path: Path) -> Any:
     """A YAML file's content; an empty file is an empty mapping. Raises SettingsError."""
     kind = kind_of(path)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from objstate.building.model import Building, check_building
-from objstate.config import Settings
+from objstate.config import Settings, check_settings
 from objstate.errors import SettingsError
 from objstate.estimator.admission import check
 from objstate.estimator.believed import Believed
@@ -54,7 +54,7 @@ class Estimator:
             its belief; an initial pose or a robot belief that is none.
         BuildingError: beliefs about an object that the building doesn't have, or about another
             one than their name says.
-        TypeError: a building that isn't loaded.
+        TypeError: a building or settings that aren't loaded.
     """
 
     def __init__(
@@ -71,11 +71,13 @@ class Estimator:
         observes: bool = True,
     ) -> None:
         check_building(building)
+        settings = Settings() if settings is None else settings
+        check_settings(settings)
         if belief not in ("own", "recorded"):
             raise SettingsError(f"The robot belief '{belief}' is unknown; give own or recorded.")
         self.building = building
         self._observes = observes
-        self.settings = s = (settings or Settings()).in_building(building.error)
+        self.settings = s = settings.in_building(building.error)
         self._now_ns = NEVER_NS  # of the last record
         self.scans_without_pose = 0
         self.corrections = 0  # number of scans that localized the robot

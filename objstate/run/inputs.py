@@ -27,7 +27,15 @@ class BuildingInput:
 
     @staticmethod
     def read(urdf: str | Path) -> BuildingInput:
-        """Read a URDF with its meshes, from a URL too. Raises BuildingError, LogError, OutageError."""
+        """Read a URDF with its meshes, from a URL too.
+
+        Raises BuildingError, LogError and OutageError, and TypeError for what is no path.
+        """
+        if not isinstance(urdf, str | Path):
+            raise TypeError(
+                f"A {type(urdf).__name__} is no path of a building; give the path of its URDF, or "
+                "what objstate.run.BuildingInput.read makes of it."
+            )
         path = building_here(str(urdf))
         model = load_building(path)
         return BuildingInput(model, describe_building(path, model) | {"path": str(urdf)})

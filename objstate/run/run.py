@@ -153,7 +153,8 @@ def estimate_log(
     the building, ``grid.yaml`` and ``grid.pgm`` the map at the end, and ``candidates.json`` what
     may be an object. ``on_finish`` may write more into the folder that it is given.
 
-    Raises ResultError, BuildingError, SettingsError, LogError, TruthError or WorldError.
+    Raises ResultError, BuildingError, SettingsError, LogError, TruthError or WorldError, and
+    TypeError for a building that is none of the above.
     """
     began = time.monotonic()
     options = options or RunOptions()

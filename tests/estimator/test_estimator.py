@@ -425,6 +425,12 @@ def test_a_building_that_is_not_loaded_is_refused(given: Any) -> None:
         Estimator(given)
 
 
+@pytest.mark.parametrize("given", ["settings.yaml", Path("settings.yaml"), {}])
+def test_settings_that_are_not_loaded_are_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match=r"is no Settings; give .*load_settings"):
+        Estimator(CORRIDOR, given)
+
+
 def test_what_is_no_record_is_refused() -> None:
     records: Any = short_drive().records
     for other in (records, None, truth()):

@@ -192,6 +192,13 @@ def test_a_start_far_beyond_the_building_is_refused(tmp_path: Path, x: float) ->
     assert not (tmp_path / "out").exists()
 
 
+def test_a_loaded_building_in_place_of_its_path_is_refused(tmp_path: Path) -> None:
+    loaded: Any = load_building(hall(tmp_path))
+    with pytest.raises(TypeError, match=r"A Building is no path .*; give the path of its URDF"):
+        estimate_log([recorded(tmp_path)], loaded, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_rule_for_no_object_is_doubted(tmp_path: Path) -> None:
     building = hall(tmp_path, DOOR.format(x=2, width=0.9))
     rules = (ObjectRule(match="dor*"), ObjectRule(match="do?r"))
