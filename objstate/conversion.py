@@ -11,6 +11,8 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.errors import LogError
 from objstate.logs import Message, open_messages
 from objstate.logs.maps import read_recorded_map
+from objstate.logs.notices import Notices
+from objstate.logs.ordering import in_recorded_order
 from objstate.recording.logs import LogWriter, open_log_writer
 
 
@@ -42,20 +44,22 @@ def convert(
     """Write the log ``source`` (any readable format) as ``target``.
 
     ``format`` is a name in ``objstate.recording.logs.FORMATS``, or follows from the ending of
-    ``target``. Raises LogError and ResultError. Messages that the format can't hold, or that are
+    ``target``. Messages are written in recorded order, also where ``source`` was written topic by
+    topic. Raises LogError and ResultError. Messages that the format can't hold, or that are
     damaged, are named in the warnings.
     """
     left_out: Counter[str] = Counter()
-    messages = open_messages(source)
+    notices = Notices()
+    messages = in_recorded_order(open_messages(source, notices=notices), notices)
     with open_log_writer(target, format, overwrite=overwrite) as writer:
-        for message in messages:
+        for message in messages.messages():
             try:
                 _pass_on(message, writer)
             except LogError as error:
                 reason = str(error).rstrip(".")
                 left_out[f"messages of {message.topic} ({message.type}): {reason}"] += 1
     lost = [f"{count} {what}." for what, count in sorted(left_out.items())]
-    return ConversionResult(writer.counts, (*messages.warnings, *lost, *writer.warnings))
+    return ConversionResult(writer.counts, (*notices.listed(), *lost, *writer.warnings))
 
 
 def _pass_on(message: Message, writer: LogWriter) -> None:

@@ -10,6 +10,7 @@ import pytest
 from objstate.conversion import convert
 from objstate.errors import LogError
 from objstate.logs import open_messages
+from objstate.logs.ordering import UNSORTED
 from tests.logs.conftest import Drive
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -59,6 +60,26 @@ def test_carmen_without_a_topic_of_odometry_says_why_it_holds_no_scan(tmp_path: 
     drive.tf(0.1, "odom", "base_link", topic="/tf")
     result = convert(drive.mcap(tmp_path / "drive.mcap"), tmp_path / "drive.log")
     assert any("2 scans, as no topic holds odometry" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize("ending", [".mcap", ".bag", "", ".log"])
+def test_topics_written_one_after_the_other_are_written_in_recorded_order(
+    ending: str, tmp_path: Path
+) -> None:
+    whole = Drive().tf(-0.1, "base_link", "laser", (0.2, 0.0, 0.3)).straight(10.0)
+    apart = Drive(sorted(whole.messages, key=lambda each: each[0]))
+    for name, drive in (("whole", whole), ("apart", apart)):
+        drive.mcap(tmp_path / f"{name}.mcap")
+    expected, merged = (
+        convert(tmp_path / f"{name}.mcap", tmp_path / f"{name}-new{ending}")
+        for name in ("whole", "apart")
+    )
+    assert merged.counts == expected.counts
+    assert merged.warnings == (UNSORTED, *expected.warnings)
+    files = [tmp_path / f"{name}-new{ending}" for name in ("whole", "apart")]
+    assert sorted(contents(files[0])) == sorted(contents(files[1]))
+    stamps = [recorded_ns for _, _, recorded_ns, _ in contents(files[1])]
+    assert stamps == sorted(stamps)
 
 
 @pytest.mark.parametrize("ending", [".mcap", ".bag", "", ".log"])

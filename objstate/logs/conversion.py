@@ -24,7 +24,7 @@ from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometr
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.odometry import Standing
-from objstate.logs.ordering import Arrival, Item, TopicByTopic
+from objstate.logs.ordering import UNSORTED, Arrival, Item, TopicByTopic
 from objstate.logs.roles import Roles, check_left_out
 from objstate.logs.scans import BeamGeometry, sweep_from
 from objstate.logs.survey import Survey, read_tf_until, survey
@@ -103,9 +103,7 @@ class Converter:
                     self._seek_mounting(laser)
                     self._mountings.mounting(laser, self._base)
         if is_merged:
-            self._notices.add(
-                "The log is not sorted by time: it is read topic by topic, and slower"
-            )
+            self._notices.add(UNSORTED)
         for topic, used in self._duplicates.items():
             self._notices.add(
                 f"{topic} comes from the same laser as {used} and is left out; "

@@ -20,6 +20,8 @@ WINDOW_NS = 1_000_000_000
 SET_BACK_NS = 60 * 1_000_000_000  # ns; what is farther behind was stamped by another time
 SET_BACK_ITEMS = 10  # so many in a row; fewer have stamps that are wrong by themselves
 
+UNSORTED = "The log is not sorted by time: it is read topic by topic, and slower"
+
 # items; what is held back where recording times don't advance
 MOST_HELD = 10_000
 
@@ -33,6 +35,23 @@ RANKS: dict[type, int] = {
     Odometry: 1,
     Sweep: 2,
 }
+
+
+class Beginnings:
+    """How the topics of a log begin: by this it is seen whether the log is sorted by time."""
+
+    def __init__(self, topics: Collection[str]) -> None:
+        self.silent = set(topics)  # which haven't spoken yet
+        self.is_sorted = True  # whether no topic began after later messages of others
+        self._before_ns = 0  # when the message before was recorded
+
+    def note(self, message: Message) -> bool:
+        """Take the next message; whether it is the first of its topic."""
+        is_first = message.topic in self.silent
+        self.silent.discard(message.topic)
+        self.is_sorted &= not is_first or message.recorded_ns >= self._before_ns - WINDOW_NS
+        self._before_ns = message.recorded_ns
+        return is_first
 
 
 class TopicByTopic:
@@ -62,6 +81,20 @@ class TopicByTopic:
         for message in heapq.merge(*each, key=attrgetter("recorded_ns")):
             self._share = max(self._share, self._messages.share)
             yield message
+
+
+def in_recorded_order(messages: Container, notices: Notices) -> Container:
+    """A log in recorded order: with a notice, where its topics were written one after the other."""
+    with notices.muted():
+        beginnings = Beginnings(messages.topics())
+        for message in messages.messages():
+            beginnings.note(message)
+            if not (beginnings.is_sorted and beginnings.silent):
+                break
+    if beginnings.is_sorted:
+        return messages
+    notices.add(UNSORTED)
+    return TopicByTopic(messages)
 
 
 class Arrival(NamedTuple):

@@ -15,7 +15,7 @@ from typing import Any
 from objstate.errors import LogError
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name
 from objstate.logs.messages import Container, Message, header_ns
-from objstate.logs.ordering import WINDOW_NS
+from objstate.logs.ordering import Beginnings
 from objstate.logs.roles import Roles, preferred
 from objstate.logs.span import stamp_at
 
@@ -69,16 +69,11 @@ def survey(
     Transforms of the beginning go into the tree of ``mountings``. Lasers that first speak after
     ``end``, as users give it, are left out.
     """
-    found = Survey()
-    silent = set(roles.telling)
-    before_ns, in_beginning = 0, True
+    found, beginnings, in_beginning = Survey(), Beginnings(roles.telling), True
     for message in messages.messages(roles.telling):
-        now_ns, is_first = message.recorded_ns, message.topic in silent
+        now_ns, is_first = message.recorded_ns, beginnings.note(message)
         found.first_ns = found.first_ns or now_ns
-        silent.discard(message.topic)
-        is_sorted = goes_on or not is_first or now_ns >= before_ns - WINDOW_NS
-        found.is_sorted &= is_sorted  # a drive that goes on is as it comes
-        before_ns = now_ns
+        found.is_sorted = goes_on or beginnings.is_sorted  # a drive that goes on is as it comes
         span_ns = LIVE_SURVEY_NS if goes_on else SURVEY_NS
         in_beginning = in_beginning and now_ns - found.first_ns <= span_ns
         if in_beginning:
@@ -92,7 +87,7 @@ def survey(
             and (scan := _decoded(message, roles)) is not None
         ):
             found.later_frames[message.topic] = mountings.laser(message.topic, scan)
-        if not found.is_sorted or not (in_beginning or silent):
+        if not found.is_sorted or not (in_beginning or beginnings.silent):
             break
     return found
 
