@@ -62,6 +62,17 @@ def test_carmen_without_a_topic_of_odometry_says_why_it_holds_no_scan(tmp_path: 
     assert any("2 scans, as no topic holds odometry" in warning for warning in result.warnings)
 
 
+def test_lasers_whose_scans_have_no_frame_are_called_by_their_topics(tmp_path: Path) -> None:
+    drive = Drive().tf(-0.1, "base_link", "front", (0.2, 0.0, 0.3)).straight(1.0)
+    drive.odometry(1.1).scan(1.1, topic="/robot/rear", frame="").scan(1.1, topic="/front", frame="")
+    drive.messages = [each for each in drive.messages if each[0] != "/scan"]
+    result = convert(drive.mcap(tmp_path / "drive.mcap"), tmp_path / "drive.log")
+    assert result.counts["/front"] == 1
+    assert "1 scans of 'robot/rear', whose mounting is not known by then: left out." in (
+        result.warnings
+    )
+
+
 @pytest.mark.parametrize("ending", [".mcap", ".bag", "", ".log"])
 def test_topics_written_one_after_the_other_are_written_in_recorded_order(
     ending: str, tmp_path: Path

@@ -168,7 +168,7 @@ class CarmenLog:
             self._dropped[f"messages of {self._odometry_topic} between scans"] += 1
 
     def _add_scan(self, topic: str, scan: Any) -> None:
-        frame = _frame(scan.header.frame_id)
+        frame = _laser_frame(topic, scan)
         if frame in self._lasers or self._introduce(frame, scan):
             self._waiting.append((topic, scan))
             self._write_ready_scans()
@@ -216,12 +216,11 @@ class CarmenLog:
             if robot is None:
                 self._dropped["scans before the odometry"] += 1
             else:
-                self._write_scan(scan, robot)
+                self._write_scan(self._lasers[_laser_frame(topic, scan)], scan, robot)
                 self.counts[topic] += 1
                 self._is_in_lines = True
 
-    def _write_scan(self, scan: Any, robot: FloatArray) -> None:
-        laser = self._lasers[_frame(scan.header.frame_id)]
+    def _write_scan(self, laser: Laser, scan: Any, robot: FloatArray) -> None:
         placed = np.array([laser.offset, 0.0, laser.side.yaw])
         poses = _numbers([*compose(robot, placed), *robot], 6)
         ranges = _ranges(scan)
@@ -255,6 +254,11 @@ def write_carmen(path: Path) -> Iterator[CarmenLog]:
 
 def _frame(name: str) -> str:
     return name.lstrip("/")
+
+
+def _laser_frame(topic: str, scan: Any) -> str:
+    """The frame of a scan; its topic's name where it has none, as in reading logs."""
+    return _frame(scan.header.frame_id) or _frame(topic)
 
 
 def _stamp(header: Any) -> int:
