@@ -65,6 +65,8 @@ class Track:
     def __init__(self) -> None:
         self._stamps: list[int] = []
         self._poses: list[FloatArray] = []
+        self._begin_ns: int | None = None  # stamp of the first of all
+        self._first_jump = ""  # in words
 
     @property
     def first_ns(self) -> int | None:
@@ -83,8 +85,22 @@ class Track:
 
     def append(self, odometry: Odometry) -> None:
         """Take odometry with a later stamp than all before."""
+        self._begin_ns = odometry.stamp_ns if self._begin_ns is None else self._begin_ns
         self._stamps.append(odometry.stamp_ns)
         self._poses.append(odometry.pose)
+
+    def jump_to(self, odometry: Odometry) -> str:
+        """What is told where odometry jumps from the latest to this: when it did so first."""
+        if not self._first_jump:
+            assert self._begin_ns is not None
+            x, y, yaw = (odometry.pose - self.last_pose).tolist()
+            self._first_jump = (
+                "Odometry jumps farther than a robot can move, first when "
+                f"{(odometry.stamp_ns - self._begin_ns) / 1e9:.1f} s of the log have passed, by "
+                f"{math.hypot(x, y):.2f} m and {math.degrees(abs(wrapped(yaw))):.0f}° in "
+                f"{(odometry.stamp_ns - self._stamps[-1]) / 1e9:.2f} s"
+            )
+        return self._first_jump
 
     def forget_before(self, stamp_ns: int) -> None:
         """Keep only what is needed for times from ``stamp_ns`` on."""
@@ -158,7 +174,7 @@ def extends(track: Track, odometry: Odometry, notices: Notices) -> bool:
     if (distance > max(SMALLEST_JUMP, FASTEST * elapsed)) or (
         turn > max(SMALLEST_JUMP, FASTEST_TURN * elapsed)
     ):
-        notices.add("Odometry jumps farther than a robot can move")
+        notices.add(track.jump_to(odometry))
     track.append(odometry)
     return True
 

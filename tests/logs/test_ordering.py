@@ -161,9 +161,13 @@ def test_in_a_longer_gap_the_velocity_is_kept_for_a_second() -> None:
 
 
 def test_odometry_that_jumps_is_told_and_repeats_are_left_out() -> None:
-    records, notices = placed(odometry(0), odometry(0), odometry(50, 0.1), odometry(100, 9.0))
-    assert len(records) == 3
-    assert notices.listed() == ["Odometry jumps farther than a robot can move"]
+    moves = odometry(1000), odometry(1000), odometry(1050, 0.1), odometry(1100, 9.0)
+    records, notices = placed(*moves, odometry(1150))
+    assert len(records) == 4
+    assert notices.listed() == [
+        "Odometry jumps farther than a robot can move, first when 0.1 s of the log have passed, by "
+        "8.90 m and 0° in 0.05 s (2 times)"
+    ]
 
 
 @settings(max_examples=50)
