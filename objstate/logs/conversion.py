@@ -183,7 +183,7 @@ class Converter:
             self._notices.drop("Scan", "a second one of the same stamp")
             return
         self._scanned_ns[message.topic, laser] = stamp_ns
-        self._compare_clocks(message.topic)
+        self._compare_clocks(message.topic, laser)
         sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
         if sweep is not None:
             yield sweep
@@ -267,18 +267,21 @@ class Converter:
         delay_ns = self._delays_ns.get(self._odometry_from or "", self._surveyed_delay_ns)
         return delay_ns if abs(delay_ns) > CLOCK_JUMP_NS else 0
 
-    def _compare_clocks(self, topic: str) -> None:
-        """Note where a laser's stamps are of another clock than the odometry's."""
+    def _compare_clocks(self, topic: str, laser: str) -> None:
+        """Note where a laser's stamps, as corrected, are of another clock than the odometry's."""
         delay_ns = self._delays_ns.get(topic)
         odometry_ns = self._delays_ns.get(self._odometry_from or "")
         if delay_ns is None or odometry_ns is None or topic in self._compared:
             return
         self._compared.add(topic)
-        ahead_ns = odometry_ns - delay_ns
-        if abs(ahead_ns) > CLOCK_JUMP_NS:
+        ahead_ns, given_ns = odometry_ns - delay_ns, self._ahead_ns.get(laser, 0)
+        off_ns = ahead_ns - given_ns
+        if abs(off_ns) > CLOCK_JUMP_NS:
+            corrected = f", set back by {given_ns / 1e9:g} s," if given_ns else ""
             self._notices.add(
-                f"By their recording times, header times of {topic} are {abs(ahead_ns) / 1e9:.1f} s "
-                f"{'ahead of' if ahead_ns > 0 else 'behind'} those of {self._odometry_from}: its "
-                "scans are placed in odometry of another time. Synchronize the clocks, and record "
-                "again"
+                f"By their recording times, header times of {topic}{corrected} are "
+                f"{abs(off_ns) / 1e9:.1f} s {'ahead of' if off_ns > 0 else 'behind'} those of "
+                f"{self._odometry_from}: its scans are placed in odometry of another time, and its "
+                "estimates are wrong. Synchronize the clocks and record again, or give "
+                f"--clock-offset {laser}={ahead_ns / 1e9:.2f}, which is right to tenths of a second"
             )

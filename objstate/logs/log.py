@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import islice
@@ -17,10 +18,6 @@ from objstate.logs.ordering import Arrival, in_time_order
 from objstate.logs.roles import find_roles
 from objstate.logs.span import EPOCH_FROM, stamp_at
 from objstate.records import Odometry, Record, Scan
-
-# s; clocks farther apart would put messages beyond the window of sorting
-LARGEST_CLOCK_OFFSET = 0.5
-
 
 # records read at once, which takes half the time of reading each on demand
 READ_AHEAD = 64
@@ -125,14 +122,14 @@ def open_log(
     odometry's; they are subtracted.
 
     Raises LogError for a path that is missing or of no known format, for a topic that isn't there
-    or of no use, for clocks more than half a second apart, and for a log without scans or odometry.
+    or of no use, for a clock offset that is no number, and for a log without scans or odometry.
     The records raise it before the first one where a laser's mounting is nowhere in the log.
     """
     for frame, ahead in (clock_offsets or {}).items():
-        if not abs(ahead) <= LARGEST_CLOCK_OFFSET:
+        if not math.isfinite(ahead):
             raise LogError(
-                f"The clock of the laser '{frame}' can't be set back by {ahead:g} s; give at most "
-                f"{LARGEST_CLOCK_OFFSET:g} s either way."
+                f"The clock of the laser '{frame}' can't be set back by {ahead:g} s; give a finite "
+                "number."
             )
     notices = Notices()
     messages = Messages(as_paths(paths), None, notices)

@@ -319,7 +319,7 @@ def test_a_clock_that_is_set_anew_is_told(drive, tmp_path) -> None:
 @pytest.mark.parametrize(("ahead", "told"), [(30, "30.0 s ahead of"), (-5, "5.0 s behind")])
 @pytest.mark.parametrize("in_tf", [False, True])
 def test_a_laser_whose_clock_is_not_that_of_the_odometry_is_told(
-    drive, tmp_path, ahead, told, in_tf
+    drive, tmp_path, start_ns, ahead, told, in_tf
 ) -> None:
     for step in range(400):
         t = step / 10
@@ -332,6 +332,20 @@ def test_a_laser_whose_clock_is_not_that_of_the_odometry_is_told(
     odometry = "/tf" if in_tf else "/odom"
     (told_of,) = [warning for warning in log.warnings if "Synchronize the clocks" in warning]
     assert f"header times of /scan are {told} those of {odometry}" in told_of
+    assert f"--clock-offset base_link={ahead}.00" in told_of
+    records, corrected = read(drive, tmp_path, clock_offsets={"base_link": ahead})
+    assert corrected.warnings == []
+    scans = of(Scan, records)
+    assert len(scans) == 400
+    since_s = [(scan.stamp_ns - start_ns) / 1e9 for scan in scans]
+    assert [scan.odometry[0] for scan in scans] == pytest.approx(since_s, abs=1e-6)
+
+
+def test_a_clock_offset_that_the_recording_times_contradict_is_told(drive, tmp_path) -> None:
+    drive.straight()
+    told = r"of /scan, set back by -30 s, are 30\.0 s ahead of those of /odom.*laser=0\.00"
+    with pytest.raises(LogError, match=told):
+        read(drive, tmp_path, clock_offsets={"laser": -30.0})
 
 
 def test_a_laser_half_a_second_late_has_the_clock_of_the_odometry(drive, tmp_path) -> None:
