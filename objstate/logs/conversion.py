@@ -98,10 +98,10 @@ class Converter:
             self._child = found.odometry_child
             self._surveyed_delay_ns = found.delay_ns or 0
             self._odometry_edge = self._find_odometry_in_tf(found.laser_frames.values())
-            for topic, laser in (found.laser_frames | found.later_frames).items():
-                if topic not in self._duplicates:
-                    self._seek_mounting(laser)
-                    self._mountings.mounting(laser, self._base)
+            lasers = found.laser_frames | found.later_frames
+            self._seek_mountings(
+                [lasers[topic] for topic in lasers if topic not in self._duplicates]
+            )
         if is_merged:
             self._notices.add(UNSORTED)
         for topic, used in self._duplicates.items():
@@ -139,6 +139,27 @@ class Converter:
     @property
     def _base(self) -> str:
         return self._mountings.base(self._child or BASE)
+
+    def _seek_mountings(self, lasers: Collection[str]) -> None:
+        """Read tf ahead until it tells where the lasers are; one of them, in a drive that goes on.
+
+        Raises LogError for a laser without a usable mounting.
+        """
+        if self._goes_on:
+            read_tf_until(
+                lambda: not lasers or bool(self._known(lasers)),
+                self.messages,
+                self._roles,
+                self._tree,
+            )
+            lasers = self._known(lasers)
+        for laser in lasers:
+            self._seek_mounting(laser)
+            self._mountings.mounting(laser, self._base)
+
+    def _known(self, lasers: Collection[str]) -> list[str]:
+        """Those whose mounting is known so far."""
+        return [laser for laser in lasers if self._mountings.is_known(laser, self._base)]
 
     def _seek_mounting(self, laser: str) -> None:
         """Read tf ahead, once for each laser, until it tells where the laser is."""

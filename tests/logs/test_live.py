@@ -101,18 +101,22 @@ def live(drive) -> Log:
     return open_live(messages)
 
 
+@pytest.mark.parametrize("before", [36, 60])  # 0.9 and 1.5 s
 def test_a_topic_that_comes_late_does_not_make_a_drive_wait_for_each_topic(
-    drive, new_drive
+    drive, new_drive, before: int
 ) -> None:
     late = new_drive().tf(-0.5, "base_link", "laser", (0.2, 0.0, 0.3)).messages
     for step in range(40):
         drive.odometry(step / 20).scan(step / 20)
-    log = live(new_drive([*drive.messages[:36], *late, *drive.messages[36:]]))
+    log = live(new_drive([*drive.messages[:before], *late, *drive.messages[before:]]))
     assert sum(isinstance(record, Scan) for record in log) == 40
     assert log.warnings == []
 
 
-def test_a_laser_without_a_mounting_that_speaks_late_ends_no_drive(drive) -> None:
-    log = live(drive.straight(3.0).scan(3.0, frame="rear", topic="/rear"))
+@pytest.mark.parametrize("spoken", [0.5, 3.0])
+def test_a_laser_without_a_mounting_holds_up_and_ends_no_drive(drive, spoken: float) -> None:
+    drive.straight(3.0).scan(spoken, frame="rear", topic="/rear")
+    drive.messages.sort(key=lambda each: each[2])
+    log = live(drive)
     assert {record.laser for record in log if isinstance(record, Scan)} == {"laser"}
     assert any("no mounting of the laser 'rear'" in warning for warning in log.warnings)

@@ -86,7 +86,7 @@ class _Live:
         building = BuildingInput.read(context.building).model
         options = context.options
         log = open_live(messages, options.topics, options.mounts, options.clock_offsets)
-        self._say("state", "waiting for scans, odometry and the lasers' mountings")
+        self._say("state", "waiting for scans, odometry and a laser's mounting")
         scene = None
         if context.scenes:
             sender = SceneSender(f"/{self._name.rpartition('-')[0]}", self._say)
