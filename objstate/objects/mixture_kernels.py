@@ -109,9 +109,8 @@ class Work(NamedTuple):
     kinds: FloatArray  # (2,) probabilities of a handle and of glass, by the beams so far
     slopes: FloatArray  # (2,) derivatives of the density of a range by these
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
-    beside: FloatArray  # (n,) 1/m, density of a range to a surface that ends beside the beam
-    edge: FloatArray  # (n,) m to that surface, inf for none
-    mixed: FloatArray  # (n,) 1/m, density of a range between that surface and the background
+    beside: FloatArray  # (n, 2) 1/m, densities of a range to surfaces that end on its two sides
+    edges: FloatArray  # (n, 2) m to these surfaces, inf for none
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
@@ -357,25 +356,27 @@ def _mixed(noise: Noise, measured: float, first: float, second: float) -> Any:
 
 
 @_inner
-def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> None:
-    """Set ``work.beside``, ``work.edge``, ``work.mixed``: a beam may meet what its neighbours do.
+def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> Any:
+    """Set ``work.beside`` and ``work.edges``: a beam may meet what its neighbours do.
 
-    That is so where their background is another. Its surface may end farther on than modelled, or
-    stop a part of the beam.
+    That is so where the surface that a neighbour meets, continued, is another than the beam's own.
+    It may end farther on than modelled, or stop a part of the beam. Returned is the density of the
+    range where nothing is before the background.
     """
-    background = beams.background
-    for step in (-1, 1):
+    background, density = beams.background, 0.0
+    for side in range(2):
+        step = 2 * side - 1
         j = i + step
         if not (0 <= j < background.shape[0] and background[j] < np.inf):
             continue
-        if abs(background[j] - background[i]) > STEP:
-            distance = _continued(beams, i, j, j + step)
+        distance = _continued(beams, i, j, j + step)
+        if abs(distance - background[i]) > STEP:
             variance = _scatter(noise, distance) + FOOTPRINT * FOOTPRINT + beams.blur[j]
-            density = noise.edge * noise.hit * _bell(beams.measured[i] - distance, variance)
-            work.beside[i] += density
-            work.edge[i] = min(work.edge[i], distance)
-    if work.edge[i] < np.inf:
-        work.mixed[i] = _mixed(noise, beams.measured[i], work.edge[i], background[i])
+            bell = _bell(beams.measured[i] - distance, variance)
+            work.beside[i, side], work.edges[i, side] = noise.edge * noise.hit * bell, distance
+            mixed = _mixed(noise, beams.measured[i], distance, background[i])
+            density += work.beside[i, side] + mixed
+    return density
 
 
 @_inner
@@ -435,15 +436,15 @@ def _variance(
 
 @_inner
 def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
-    """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
+    """Set the densities of ``work`` that don't depend on the state."""
+    work.beside[:], work.edges[:] = 0.0, np.inf
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
-        work.beside[i], work.edge[i], work.mixed[i] = 0.0, np.inf, 0.0
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
-        _set_edges(beams, noise, i, work)
+        work.past[i] = _set_edges(beams, noise, i, work)
         if background < np.inf:
             blurred = _scatter(noise, background) + beams.blur[i]
             work.past[i] += noise.hit * _bell(measured - background, blurred)
@@ -472,13 +473,13 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         met_it += passes * (past - met_it)
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
-    met_it, bumped, clear = 0.0, 0.0, 1.0
-    past += work.beside[i] + work.mixed[i]
-    before_it = 0.0
-    if work.edge[i] < expected:
-        before_it = work.beside[i] + _mixed(noise, measured, work.edge[i], expected)
+    met_it, bumped, clear, before_it = 0.0, 0.0, 1.0, 0.0
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
+        for side in range(2):
+            if work.edges[i, side] < expected:
+                mixed = _mixed(noise, measured, work.edges[i, side], expected)
+                before_it += work.beside[i, side] + mixed
     solid = (1.0 - passes) * met_it
     by_glass = past - met_it - before_it
     if work.bump[i] < np.inf:
@@ -760,9 +761,8 @@ def condition(
         np.empty(len(KINDS)),
         np.empty(len(KINDS)),
         np.empty(count),
-        np.empty(count),
-        np.empty(count),
-        np.empty(count),
+        np.empty((count, 2)),
+        np.empty((count, 2)),
         np.empty(count),
         np.empty(count),
         np.empty((count, 2)),

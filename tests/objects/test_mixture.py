@@ -17,7 +17,16 @@ from objstate.lazy import altered
 from objstate.objects import mixture as mixtures
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.mixture import PACES, DoorMixture, Doorway, Statics
-from objstate.objects.mixture_kernels import GLASS, HANDLE, THICKNESS, Beams, Noise, Shape
+from objstate.objects.mixture_kernels import (
+    ERRORS,
+    GLASS,
+    HANDLE,
+    THICKNESS,
+    Beams,
+    Noise,
+    Shape,
+    condition,
+)
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
 from objstate.sensing.surfaces import Surfaces
@@ -290,6 +299,44 @@ def test_beams_that_meet_wall_and_leaf_at_once_tilt_no_closed_leaf(
             shape(leaf()),
         )
     assert mixture.resting[doorway().cells] > 0.95
+
+
+def log_evidence_of_closed(beams: Beams) -> float:
+    """Log p(scan) of a closed leaf that is exactly where the model has it."""
+    log, closed = np.zeros(1), doorway().placements[doorway().cells][None]
+    condition(
+        beams,
+        shape(leaf()),
+        noise(),
+        np.ones(len(beams.measured)),
+        np.ones(len(beams.measured)),
+        np.zeros(1, dtype=bool),
+        closed,
+        np.ones(1),
+        np.zeros((1, ERRORS)),
+        1e-10 * np.eye(ERRORS)[None],
+        np.full((1, 2), 1e-3),
+        log,
+    )
+    return float(log[0])
+
+
+def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
+    """One beam beside the wall before a closed leaf passes to the wall behind it."""
+    alone, x = read(0.0), np.array([0.4, 0.42, 0.44, 0.46])
+    gone = np.column_stack([x, np.zeros(4)]) - POSE[:2]
+    leaf_range = np.hypot(*gone.T)
+    directions = gone / leaf_range[:, None]
+    evidence = []
+    for steps in (0.0, 0.2):
+        behind = 1.0 / (1.0 / 3.0 - np.arange(-1, 3) * (1.0 / 3.0 - 1.0 / (3.0 + steps)))
+        background = np.where(np.arange(4) == 0, 1.0, behind)
+        measured = np.array([1.0, 3.0, leaf_range[2], leaf_range[3]])
+        beams = Beams(
+            alone.place, np.tile(POSE[:2], (4, 1)), directions, measured, background, np.zeros(4)
+        )
+        evidence.append(log_evidence_of_closed(beams))
+    assert evidence[1] == pytest.approx(evidence[0], abs=0.1)
 
 
 def test_ends_of_a_leaf_that_stands_free_tell_where_it_hangs_along_it() -> None:
