@@ -162,8 +162,12 @@ class Converter:
         return [laser for laser in lasers if self._mountings.is_known(laser, self._base)]
 
     def _seek_mounting(self, laser: str) -> None:
-        """Read tf ahead, once for each laser, until it tells where the laser is."""
-        if laser in self._sought or self._mountings.is_known(laser, self._base):
+        """Read tf ahead, once for each laser, until it tells where the laser is.
+
+        A drive that goes on can't be read ahead for it.
+        """
+        is_known = self._mountings.is_known(laser, self._base)
+        if is_known or self._goes_on or laser in self._sought:
             return
         self._sought.add(laser)
         with self._notices.muted():
@@ -192,8 +196,7 @@ class Converter:
 
     def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
         laser = self._mountings.laser(message.topic, scan)
-        if not self._goes_on:
-            self._seek_mounting(laser)
+        self._seek_mounting(laser)
         try:
             self.mountings[laser] = mounting = self._mountings.mounting(laser, self._base)
         except LogError as error:

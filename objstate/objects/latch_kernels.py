@@ -53,10 +53,10 @@ def _log_within(
     covariance: FloatArray,
 ) -> Any:
     """Log probability that a component's state lies between the limits, of variances ``widths``."""
-    state = middle + mean[STATE] - mean[ZERO]
-    variance = covariance[STATE, STATE] + covariance[ZERO, ZERO] - 2.0 * covariance[STATE, ZERO]
-    below = 0.5 * math.erfc((state - lower) / (ROOT_2 * math.sqrt(variance + widths[0])))
-    above = 0.5 * math.erfc((upper - state) / (ROOT_2 * math.sqrt(variance + widths[1])))
+    _, off, spread = _at_limit(middle, lower, widths[0], mean, covariance)
+    below = 0.5 * math.erfc(off / (ROOT_2 * math.sqrt(spread)))
+    _, off, spread = _at_limit(middle, upper, widths[1], mean, covariance)
+    above = 0.5 * math.erfc(-off / (ROOT_2 * math.sqrt(spread)))
     return math.log(max(1.0 - below - above, LEAST_WITHIN))
 
 
@@ -69,20 +69,19 @@ def _log_shares(
     cells: int,
     atom: int,
     width: float,
-    log_evidence: FloatArray,
-    within: FloatArray,
+    log_factors: FloatArray,
     out: FloatArray,
 ) -> Any:
     """Log densities ``out`` (c,) of free components at a limit, and of all together.
 
-    ``within`` (c,) are log probabilities before the scan that a free door is between its limits.
+    ``log_factors`` (c,) are those of the ``weights``.
     """
     largest, lower, upper = -np.inf, middles[cells], middles[cells + 1]
     for c in range(weights.shape[0]):
         out[c] = -np.inf
         if cells <= c < cells + ATOMS:
             continue
-        out[c] = math.log(weights[c]) - within[c] + log_evidence[c]
+        out[c] = math.log(weights[c]) + log_factors[c]
         out[c] += _at_limit(middles[c], middles[atom], width, means[c], covariances[c])[0]
         if c >= cells + ATOMS:
             out[c] += _log_beyond(middles[c], lower, upper, means[c], covariances[c])
@@ -107,13 +106,15 @@ def _latch(
     covariances: FloatArray,
     log_evidence: FloatArray,
 ) -> None:
-    """Set the evidence and the Gaussian of one limit, as ``limit`` does."""
+    """Set the evidence and the Gaussian of one limit, as ``limit`` does.
+
+    ``within`` (c,) are log probabilities before the scan that a free door is between its limits.
+    """
     count = weights.shape[0]
-    log, gain, own, nothing = np.empty(count), np.empty(ERRORS), np.empty(ERRORS), np.zeros(count)
-    prior = _log_shares(weights, middles, before, priors, cells, atom, width, nothing, within, log)
-    total = _log_shares(
-        weights, middles, means, covariances, cells, atom, width, log_evidence, within, log
-    )
+    log, gain, own = np.empty(count), np.empty(ERRORS), np.empty(ERRORS)
+    prior = _log_shares(weights, middles, before, priors, cells, atom, width, -within, log)
+    evidence = log_evidence - within
+    total = _log_shares(weights, middles, means, covariances, cells, atom, width, evidence, log)
     mean, covariance = means[atom], covariances[atom]
     mean[:], covariance[:] = 0.0, 0.0
     for c in range(count):
