@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from objstate.frame_names import frame_name
 from objstate.geometry import FloatArray, is_covariance
-from objstate.logs.frames import frame_name
 from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
 
 MAP = "map"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from objstate.errors import LogError
+from objstate.frame_names import frame_name
 from objstate.geometry import FloatArray, compose, pose_from_transform
 from objstate.logs.beliefs import (
     check_frame,
@@ -20,7 +21,7 @@ from objstate.logs.beliefs import (
     pose_array_belief,
 )
 from objstate.logs.definitions import ODOMETRY
-from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
+from objstate.logs.frames import BASE, FrameTree, Mountings, odometry_root
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.notices import Notices
 from objstate.logs.odometry import Standing

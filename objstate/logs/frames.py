@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from objstate.errors import LogError
+from objstate.frame_names import frame_name, laser_name
 from objstate.geometry import (
     FloatArray,
     invert,
@@ -40,16 +41,6 @@ SUPPLY = (
 Edge = tuple[str, tuple[float, ...]]  # parent, (x, y, z, qx, qy, qz, qw)
 Path = tuple[tuple[Edge, ...], tuple[Edge, ...]]  # edges up from two frames to where they meet
 Way = tuple[list[str], list[str]]  # the frames of such a path
-
-
-def frame_name(frame: str) -> str:
-    """A frame's name without the slash that ROS 1 allowed in front."""
-    return frame.lstrip("/")
-
-
-def laser_name(topic: str, scan: Any) -> str:
-    """The frame of a ``LaserScan``; its topic's name where it has none."""
-    return frame_name(scan.header.frame_id) or frame_name(topic)
 
 
 def _beside(frame: str, name: str) -> str:

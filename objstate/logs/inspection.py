@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from objstate.errors import LogError
+from objstate.frame_names import frame_name, laser_name
 from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.logs.containers import Messages, Paths, as_paths
 from objstate.logs.definitions import LASER_SCAN, ODOMETRY, TF
-from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, laser_name, odometry_root
+from objstate.logs.frames import BASE, FrameTree, Mountings, odometry_root
 from objstate.logs.log import open_log
 from objstate.logs.messages import Message, header_ns
 from objstate.logs.notices import Notices

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from objstate.errors import LogError
-from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name
+from objstate.frame_names import frame_name
+from objstate.logs.frames import BASE, FrameTree, Mountings
 from objstate.logs.messages import Container, Message, header_ns
 from objstate.logs.ordering import Beginnings
 from objstate.logs.roles import Roles, preferred

@@ -17,6 +17,7 @@ from typing import IO, Any
 import numpy as np
 
 from objstate.errors import LogError
+from objstate.frame_names import frame_name, laser_name
 from objstate.geometry import (
     FloatArray,
     compose,
@@ -130,8 +131,8 @@ class CarmenLog:
 
     def _add_mounts(self, message: Any) -> None:
         for item in message.transforms:
-            self._mounts[_frame(item.child_frame_id)] = (
-                _frame(item.header.frame_id),
+            self._mounts[frame_name(item.child_frame_id)] = (
+                frame_name(item.header.frame_id),
                 _matrix(item.transform.translation, item.transform.rotation),
             )
 
@@ -150,7 +151,7 @@ class CarmenLog:
         if topic != self._odometry_topic:
             self._dropped[f"messages of {topic}, a second odometry"] += 1
             return
-        self._base = _frame(message.child_frame_id) or self._base
+        self._base = frame_name(message.child_frame_id) or self._base
         self._before, self._after = self._after, now
         self._end_odometry()
         self._is_in_lines = not self._has_wheel_odometry
@@ -168,7 +169,7 @@ class CarmenLog:
             self._dropped[f"messages of {self._odometry_topic} between scans"] += 1
 
     def _add_scan(self, topic: str, scan: Any) -> None:
-        frame = _laser_frame(topic, scan)
+        frame = laser_name(topic, scan)
         if frame in self._lasers or self._introduce(frame, scan):
             self._waiting.append((topic, scan))
             self._write_ready_scans()
@@ -216,7 +217,7 @@ class CarmenLog:
             if robot is None:
                 self._dropped["scans before the odometry"] += 1
             else:
-                self._write_scan(self._lasers[_laser_frame(topic, scan)], scan, robot)
+                self._write_scan(self._lasers[laser_name(topic, scan)], scan, robot)
                 self.counts[topic] += 1
                 self._is_in_lines = True
 
@@ -250,15 +251,6 @@ def write_carmen(path: Path) -> Iterator[CarmenLog]:
         log = CarmenLog(file)
         yield log
         log.finish()
-
-
-def _frame(name: str) -> str:
-    return name.lstrip("/")
-
-
-def _laser_frame(topic: str, scan: Any) -> str:
-    """The frame of a scan; its topic's name where it has none, as in reading logs."""
-    return _frame(scan.header.frame_id) or _frame(topic)
 
 
 def _stamp(header: Any) -> int:

@@ -10,7 +10,7 @@ from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
-from objstate.logs.frames import frame_name
+from objstate.frame_names import frame_name
 from objstate.logs.scans import without_return
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
