@@ -16,13 +16,13 @@ from objstate.estimator.joint import JointUpdate
 from objstate.estimator.monitor import Monitor
 from objstate.estimator.observation import MarginalUpdate
 from objstate.estimator.publishing import Fits, lost_rows, rows
-from objstate.estimator.robot import Robot
+from objstate.estimator.robot import TIGHT_M, TIGHT_RAD, Robot
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
 from objstate.estimator.start import Start
 from objstate.estimator.thinning import NEVER_NS, Thinning
-from objstate.estimator.width import TooWide
+from objstate.estimator.width import Limit, TooWide
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief, Vantage
@@ -236,10 +236,12 @@ class Estimator:
         """Note whether a recorded belief is too wide for the objects near it."""
         robot, is_linear = self._robot, self._joint.is_linear(sight.scan)
         is_used = robot.is_tight if is_linear else robot.is_narrow
+        most_m = self.settings.object_updates.max_position_std
+        limit = Limit(TIGHT_M, TIGHT_RAD) if is_linear else Limit(most_m)
         if is_used or not self._near(sight, observing).names:
-            self.too_wide.end()
+            self.too_wide.end(sight.scan.stamp_ns)
         else:
-            self.too_wide.note(sight.scan.stamp_ns, sight.robot)
+            self.too_wide.note(sight.scan.stamp_ns, sight.robot, limit)
 
     def _near(self, sight: Sight, beams: BoolArray) -> Near:
         """The objects near the robot, and which of some beams (n,) point at them."""

@@ -9,7 +9,6 @@ from fnmatch import fnmatchcase
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
-from objstate.estimator.robot import TIGHT_M, TIGHT_RAD
 from objstate.frame_names import frame_name
 from objstate.logs.scans import without_return
 from objstate.run.drive import Drive
@@ -32,6 +31,7 @@ NOTICEABLY_LOST = 0.005  # share of a log, which rounds to a percent
 LONG_PAUSE_NS = 600 * 1_000_000_000  # ns without a record, after which a drive may be another
 # ns in which a recorded robot belief is too wide for objects near it, by which a door is missed
 LONG_WIDE_NS = 5 * 1_000_000_000
+SHORT_WIDE_NS = 50_000_000  # ns; less is one scan, and reads 0.0 s
 NAMES_SHOWN = 5  # most names in a list
 
 
@@ -223,12 +223,18 @@ def _of_width(drive: Drive, estimator: Estimator) -> Iterator[str]:
     wide = estimator.too_wide
     if wide.first_ns is None or (drive.estimates and wide.total_ns < LONG_WIDE_NS):
         return
+    first, last = (f"{_at(stamp_ns, drive):.1f}" for stamp_ns in (wide.first_ns, wide.last_ns))
+    when = f"at {first} s of the log"
+    if wide.total_ns >= SHORT_WIDE_NS:
+        when = f"in {wide.total_ns / 1e9:.1f} s of the log, between {first} and {last} s"
+    had, most = f"{wide.position_std:.2f} m", f"{wide.limit.position_std:g} m"
+    if math.isfinite(wide.limit.yaw_std):
+        had += f" and {math.degrees(wide.yaw_std):.1f}°"
+        most += f" and {math.degrees(wide.limit.yaw_std):.1f}°"
     yield (
-        f"No object was updated in {wide.total_ns / 1e9:.0f} s of the log, between "
-        f"{_at(wide.first_ns, drive):.0f} and {_at(wide.last_ns, drive):.0f} s, although some were "
-        "near: the recorded robot belief had standard deviations of up to "
-        f"{wide.position_std:.2f} m and {math.degrees(wide.yaw_std):.1f}°, and objects need "
-        f"{TIGHT_M:g} m and {math.degrees(TIGHT_RAD):.1f}°. --belief own localizes by the scans."
+        f"No object was updated {when}, although some were near: the recorded robot belief had "
+        f"standard deviations of up to {had}, and objects need {most} at most. --belief own "
+        "localizes by the scans."
     )
 
 

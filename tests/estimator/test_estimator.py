@@ -130,25 +130,33 @@ def recorded(
     return RobotBelief(stamp_ns, pose + std * rng.standard_normal((100, 3)), np.full(100, 0.01))
 
 
-def test_a_recorded_belief_that_is_too_wide_for_objects_near_it_is_noted() -> None:
+@pytest.mark.parametrize(
+    ("inference", "std", "most_m"), [("joint", 0.2, 0.12), ("marginal", 0.6, 0.5)]
+)
+def test_a_recorded_belief_that_is_too_wide_for_objects_near_it_is_noted(
+    inference: str, std: float, most_m: float
+) -> None:
     driven = short_drive()
     scans = [record for record in driven.records if isinstance(record, Scan)]
     middle_ns = scans[len(scans) // 2].stamp_ns
     records: list[Record] = []
     for record in driven.records:
         if isinstance(record, Scan):
-            std = 0.01 if record.stamp_ns < middle_ns else 0.2
-            covariance = np.diag([std, std, 0.01]) ** 2
+            now = 0.01 if record.stamp_ns < middle_ns else std
+            covariance = np.diag([now, now, 0.01]) ** 2
             pose = driven.poses[record.stamp_ns]
             records.append(GaussianRobotBelief(record.stamp_ns, pose, covariance))
         records.append(record)
-    estimator = Estimator(CORRIDOR, belief="recorded")
+    settings = Settings.model_validate({"object_updates": {"inference": inference}})
+    estimator = Estimator(CORRIDOR, settings, belief="recorded")
     rows = fed(estimator, records)
     wide = estimator.too_wide
     assert wide.first_ns is not None
     assert all(row.stamp_ns < middle_ns <= wide.first_ns for row in rows)
-    assert 0.1 < wide.position_std < 0.4
+    assert std < wide.position_std < 2.0 * std
     assert wide.total_ns == wide.last_ns - wide.first_ns > 0
+    assert wide.limit.position_std == most_m
+    assert np.isfinite(wide.limit.yaw_std) == (inference == "joint")
 
 
 def test_between_recorded_beliefs_the_odometry_carries_on() -> None:

@@ -16,7 +16,7 @@ import pytest
 from objstate.building import load_building
 from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
-from objstate.estimator.width import TooWide
+from objstate.estimator.width import Limit, TooWide
 from objstate.localization import PoseBelief
 from objstate.records import Rays, Scan
 from objstate.run import RunOptions, estimate_log
@@ -115,22 +115,51 @@ def test_a_mounting_with_the_slash_of_ros_1_is_that_of_its_laser() -> None:
     assert not [text for text in doubts(gone, estimator(), options) if "no scan of it" in text]
 
 
+TIGHT, NARROW = Limit(0.12, np.radians(2.5)), Limit(0.5)
+
+
+def with_wide_belief(seconds: int, limit: Limit) -> Any:
+    """An estimator whose recorded robot belief was too wide from 10 s of the clock on."""
+    believed = estimator()
+    for second in range(10, 10 + seconds):
+        robot = PoseBelief.whitened(np.zeros(3), np.diag([0.6, 0.6, 0.03]) ** 2, np.eye(3))
+        believed.too_wide.note(second * SECOND, robot, limit)
+    believed.too_wide.end((10 + seconds) * SECOND)
+    return believed
+
+
 @pytest.mark.parametrize(
     ("seconds", "estimates", "is_told"), [(20, 0, True), (20, 50, True), (1, 50, False)]
 )
 def test_a_recorded_belief_that_is_too_wide_for_objects_is_named(
     seconds: int, estimates: int, is_told: bool
 ) -> None:
-    believed = estimator()
-    for second in range(10, 10 + seconds + 1):
-        robot = PoseBelief.whitened(np.zeros(3), np.diag([0.2, 0.2, 0.03]) ** 2, np.eye(3))
-        believed.too_wide.note(second * SECOND, robot)
-    believed.too_wide.end()
+    believed = with_wide_belief(seconds, TIGHT)
     gone = replace(drive(), estimates=estimates, observed=estimates)
     told = doubts(gone, believed, RunOptions(belief="recorded"))
-    expected = f"in {seconds} s of the log, between 9 and {9 + seconds} s, although some were near"
+    expected = f"in {seconds}.0 s of the log, between 9.0 and {8 + seconds}.0 s, although some were"
     assert any(expected in text for text in told) == is_told
     assert not any("No scan was near an object" in text for text in told)
+
+
+@pytest.mark.parametrize(
+    ("limit", "expected"),
+    [
+        (TIGHT, "up to 0.60 m and 1.7°, and objects need 0.12 m and 2.5° at most"),
+        (NARROW, "up to 0.60 m, and objects need 0.5 m at most"),
+    ],
+)
+def test_the_limit_that_a_wide_belief_exceeded_is_named(limit: Limit, expected: str) -> None:
+    told = doubts(drive(), with_wide_belief(2, limit), RunOptions(belief="recorded"))
+    assert any(expected in text for text in told)
+
+
+def test_a_single_scan_of_a_wide_belief_has_no_duration() -> None:
+    believed = estimator()
+    robot = PoseBelief.whitened(np.zeros(3), np.diag([0.6, 0.6, 0.03]) ** 2, np.eye(3))
+    believed.too_wide.note(10 * SECOND, robot, TIGHT)
+    (told,) = [each for each in doubts(drive(), believed, RunOptions()) if "belief had" in each]
+    assert told.startswith("No object was updated at 9.0 s of the log, although")
 
 
 def test_errors_of_doors_that_the_building_lacks_are_named_with_their_file() -> None:
