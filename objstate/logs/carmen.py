@@ -128,6 +128,10 @@ class CarmenFile:
         """Message types by topic, of all that a CARMEN log may hold."""
         return TOPICS
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """None: lines are in the order of writing, and a laser's mounting comes with its first."""
+        return ()
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """The readings as ROS messages, all or those of some topics."""
         return (

@@ -99,6 +99,10 @@ class Messages:
             if self._chosen is None or topic in self._chosen
         }
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics to wait for in any part when looking ahead."""
+        return {topic for part in self._parts for topic in part.awaited(topics)}
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """The messages, all or those of some topics."""
         wanted = self._chosen if topics is None else topics

@@ -51,6 +51,10 @@ class LiveMessages:
     def topics(self) -> Mapping[str, MessageType]:
         return self._types
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """All of some topics."""
+        return topics
+
     def put(self, message: Message) -> None:
         """Add a message."""
         with self._changed:

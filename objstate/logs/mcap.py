@@ -20,19 +20,25 @@ from objstate.logs.notices import Notices
 
 MAGIC = b"\x89MCAP0\r\n"
 
-FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x02, 0x03, 0x04, 0x05, 0x06
+STATISTICS, DATA_END = 0x0B, 0x0F
 READ = (
     FOOTER,
     SCHEMA,
     CHANNEL,
     MESSAGE,
     CHUNK,
+    STATISTICS,
     DATA_END,
 )  # all else, such as attachments, is skipped
 
 RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
 MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 CHUNK_HEADER = struct.Struct("<QQQI")  # start time, end time, uncompressed size, CRC
+# numbers of messages, schemas, channels, attachments, metadata and chunks; first and last log time;
+# bytes of the numbers of messages by channel
+STATISTICS_HEAD = struct.Struct("<QHIIIIQQI")
+CHANNEL_COUNT = struct.Struct("<HQ")  # channel, messages
 FOOTER_BODY = struct.Struct("<QQI")  # summary start, summary offset start, CRC
 
 # bytes; a longer record is a damaged length, not data
@@ -50,6 +56,7 @@ class McapFile:
         self._languages: dict[int, tuple[str, str, str]] = {}  # schema: name, language, text
         self._channels: dict[int, tuple[str, MessageType]] = {}
         self._left_out: set[str] = set()  # encodings of channels without ROS messages
+        self._speaking: set[int] | None = None  # channels with messages, where the summary has them
 
     @property
     def share(self) -> float:
@@ -74,6 +81,14 @@ class McapFile:
                 f"{', '.join(sorted(self._left_out))}; record or convert them as {CDR} or {ROS1}."
             )
         return dict(self._channels.values())
+
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics that hold messages by the summary; all without one."""
+        self._learn_from_summary()
+        if self._speaking is None:
+            return topics
+        speaking = {self._channels[each][0] for each in self._speaking & self._channels.keys()}
+        return speaking.intersection(topics)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages in the file's order, all or those of some topics."""
@@ -149,13 +164,10 @@ class McapFile:
 
     def _learn(self, opcode: int, body: bytes) -> None:
         """Register a schema or a channel; channels without ROS messages are left out."""
-        if opcode not in (SCHEMA, CHANNEL):
+        if opcode not in LEARNT:
             return
         try:
-            if opcode == SCHEMA:
-                self._learn_schema(body)
-            else:
-                self._learn_channel(body)
+            LEARNT[opcode](self, body)
         except struct.error:
             self._notices.add(f"{self.path.name}: a damaged description of a channel was skipped")
 
@@ -180,6 +192,13 @@ class McapFile:
             message_type = MessageType(_ros2_name(name), encoding, text, LANGUAGES[language])
             self._channels[number] = (topic, message_type)
 
+    def _learn_statistics(self, body: bytes) -> None:
+        count, *_, length = STATISTICS_HEAD.unpack_from(body)
+        at = STATISTICS_HEAD.size
+        counts = body[at : at + length]
+        if counts or not count:  # else the writer didn't count by channel
+            self._speaking = {c for c, messages in CHANNEL_COUNT.iter_unpack(counts) if messages}
+
     def _learn_from_summary(self) -> None:
         tail = RECORD_HEADER.size + FOOTER_BODY.size + len(MAGIC)
         if self._size < tail + len(MAGIC):
@@ -195,6 +214,12 @@ class McapFile:
             for opcode, body in self._records(file):
                 self._learn(opcode, body)
 
+
+LEARNT = {
+    SCHEMA: McapFile._learn_schema,
+    CHANNEL: McapFile._learn_channel,
+    STATISTICS: McapFile._learn_statistics,
+}
 
 # MCAP's names of schema languages; a schema without one leaves it to the ROS distributions
 LANGUAGES = {"ros2msg": MSG, "ros1msg": MSG, "ros2idl": IDL, "": MSG}

@@ -58,6 +58,10 @@ class Container(Protocol):
         """Message types by topic."""
         ...
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics to wait for when looking ahead, as all that may hold messages."""
+        ...
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Its messages in recorded order, all or those of some topics; memory stays flat."""
         ...

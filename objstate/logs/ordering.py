@@ -73,6 +73,10 @@ class TopicByTopic:
         """Message types by topic."""
         return self._messages.topics()
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics to wait for when looking ahead."""
+        return self._messages.awaited(topics)
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Its messages in recorded order, all or those of some topics."""
         self._share = 0.0
@@ -86,7 +90,7 @@ class TopicByTopic:
 def in_recorded_order(messages: Container, notices: Notices) -> Container:
     """A log in recorded order: with a notice, where its topics were written one after the other."""
     with notices.muted():
-        beginnings = Beginnings(messages.topics())
+        beginnings = Beginnings(messages.awaited(messages.topics()))
         for message in messages.messages():
             beginnings.note(message)
             if not (beginnings.is_sorted and beginnings.silent):

@@ -22,6 +22,7 @@ MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
 
 UINT32 = struct.Struct("<I")
+COUNT = struct.Struct("<II")  # connection, messages
 TIME = struct.Struct("<II")  # seconds, nanoseconds
 
 # bytes; a longer record is a damaged length, not data
@@ -39,6 +40,9 @@ class Rosbag1File:
         self._size = max(path.stat().st_size, 1)
         self._position = 0
         self._connections: dict[bytes, tuple[str, MessageType]] = {}
+        self._speaking: set[bytes] | None = (
+            None  # connections with messages, where the index is whole
+        )
 
     @property
     def share(self) -> float:
@@ -54,6 +58,16 @@ class Rosbag1File:
                 pass
             self._connections |= silent._connections
         return dict(self._connections.values())
+
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics that hold messages by the index; all without a whole one."""
+        self._learn_from_index()
+        if self._speaking is None:
+            return topics
+        speaking = {
+            self._connections[each][0] for each in self._speaking & self._connections.keys()
+        }
+        return speaking.intersection(topics)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages in the bag's order, all or those of some topics."""
@@ -125,9 +139,15 @@ class Rosbag1File:
             if _kind(header) != BAG_HEADER or not 0 < index < self._size:
                 return 0
             file.seek(index)
+            chunks, speaking = 0, set[bytes]()
             for inner, data, is_whole in _records(file):
                 if is_whole and _kind(inner) == CONNECTION:
                     self._learn(inner, data)
+                elif is_whole and _kind(inner) == CHUNK_INFO:
+                    chunks += 1
+                    speaking |= _speaking(data)
+            if chunks == int.from_bytes(header.get(b"chunk_count", b""), "little"):
+                self._speaking = speaking
             return int.from_bytes(header.get(b"conn_count", b""), "little")
 
 
@@ -185,6 +205,12 @@ def _fields(block: bytes) -> Header:
         fields[name] = value
         at += length
     return fields
+
+
+def _speaking(counts: bytes) -> set[bytes]:
+    """The connections with messages in a chunk, by what the index has of it."""
+    whole = counts[: len(counts) // COUNT.size * COUNT.size]
+    return {UINT32.pack(conn) for conn, messages in COUNT.iter_unpack(whole) if messages}
 
 
 def _kind(header: Header) -> int:

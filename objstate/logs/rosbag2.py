@@ -126,6 +126,11 @@ class ZstdFile:
         with self._named():
             return self._container.topics()
 
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics that may hold messages."""
+        with self._named():
+            return self._container.awaited(topics)
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages of the unpacked file."""
         with self._named():

@@ -19,6 +19,7 @@ from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 
 ALL_ROWS = "SELECT rowid, topic_id, timestamp, data FROM messages"
+TOPICS_OF_ROWS = "SELECT topic_id FROM messages"
 ONE_ROW = f"{ALL_ROWS} WHERE rowid = ?"
 ROWS_AFTER = f"{ALL_ROWS} WHERE rowid > ? ORDER BY rowid"
 
@@ -61,6 +62,21 @@ class SqliteFile:
         """Message types by topic."""
         with closing(self._connect()) as database:
             return dict(self._topics(database).values())
+
+    def awaited(self, topics: Collection[str]) -> Collection[str]:
+        """Those of some topics that hold messages, read without their content."""
+        found: set[str] = set()
+        with closing(self._connect()) as database:
+            known = self._topics(database)
+            try:
+                for (number,) in database.execute(TOPICS_OF_ROWS):
+                    if number in known:
+                        found.add(known[number][0])
+                    if found.issuperset(topics):
+                        break
+            except FAULTS:
+                return topics
+        return found.intersection(topics)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages in the order in which they were written, all or those of some topics."""

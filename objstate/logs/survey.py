@@ -2,8 +2,9 @@
 
 Recorders deliver ``/tf_static`` some time after the first scans, and mountings on ``/tf`` come at
 any time. So the first seconds are read before any record is returned. Where a laser has not spoken
-by then, the log is read on until it does, and where a mounting is still missing, tf is read on until
-it is found. So what a user has to supply is known before the log is worked on.
+by then, the log is read on until it does, unless its index says that it never will, and where a
+mounting is still missing, tf is read on until it is found. So what a user has to supply is known
+before the log is worked on.
 """
 
 from __future__ import annotations
@@ -65,12 +66,12 @@ def survey(
     *,
     goes_on: bool,
 ) -> Survey:
-    """Read the log's beginning, and on until each topic has spoken, unless the drive ``goes_on``.
+    """Read the log's beginning, and on until each awaited topic has spoken.
 
-    Transforms of the beginning go into the tree of ``mountings``. Lasers that first speak after
+    A drive that ``goes_on`` isn't read on. Transforms of the beginning go into the tree of ``mountings``. Lasers that first speak after
     ``end``, as users give it, are left out.
     """
-    found, beginnings, in_beginning = Survey(), Beginnings(roles.telling), True
+    found, beginnings, in_beginning = Survey(), Beginnings(messages.awaited(roles.telling)), True
     for message in messages.messages(roles.telling):
         now_ns, is_first = message.recorded_ns, beginnings.note(message)
         found.first_ns = found.first_ns or now_ns

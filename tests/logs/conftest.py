@@ -56,6 +56,7 @@ class Drive:
     """Messages in recorded order: topic, type, recording time (ns), object."""
 
     messages: list[tuple[str, str, int, object]] = field(default_factory=list)
+    silent: list[tuple[str, str]] = field(default_factory=list)  # topics without any, and types
 
     def add(self, topic: str, kind: str, recorded: float, message: object) -> Drive:
         self.messages.append((topic, kind, START_NS + round(recorded * 1e9), message))
@@ -201,6 +202,9 @@ class Drive:
             writer = McapWriter(file, chunk_size=chunk_size, compression=compression, **options)
             writer.start()
             channels = {}
+            for topic, kind in self.silent:
+                schema = writer.register_schema(*schema_of(kind, wire))
+                writer.register_channel(topic, wire, schema)
             for topic, kind, ns, data in messages:
                 if topic not in channels:
                     schema = writer.register_schema(*schema_of(kind, wire))
@@ -220,6 +224,9 @@ class Drive:
             writer.set_compression(Bag1Writer.CompressionFormat[compression.upper()])
         with writer:
             connections = {}
+            for topic, kind in self.silent:
+                text, md5 = ROS1.generate_msgdef(kind)
+                writer.add_connection(topic, kind, msgdef=text, md5sum=md5)
             for topic, kind, ns, data in self.ros1():
                 if topic not in connections:
                     text, md5 = ROS1.generate_msgdef(kind)
@@ -233,6 +240,8 @@ class Drive:
             writer.set_compression(CompressionMode[compression], CompressionFormat.ZSTD)
         with writer:
             connections = {}
+            for topic, kind in self.silent:
+                writer.add_connection(topic, kind, typestore=ROS2)
             for topic, kind, ns, data in self.cdr():
                 if topic not in connections:
                     connections[topic] = writer.add_connection(topic, kind, typestore=ROS2)

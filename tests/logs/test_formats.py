@@ -1,5 +1,7 @@
 """Whatever the format, the same drive gives the same messages and records."""
 
+import math
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +9,9 @@ import pytest
 from mcap.writer import CompressionType
 
 from objstate.errors import LogError
-from objstate.logs import inspect_log, open_log, open_messages
+from objstate.logs import Message, inspect_log, open_log, open_messages
+from objstate.logs.notices import Notices
+from objstate.logs.ordering import Beginnings, in_recorded_order
 from objstate.records import Scan
 
 WRITERS = {
@@ -128,6 +132,59 @@ def test_topics_written_one_after_the_other_are_merged(
     assert shares == sorted(shares)
     assert log.warnings == ["The log is not sorted by time: it is read topic by topic, and slower"]
     assert sorted_log.warnings == []
+
+
+@pytest.fixture
+def looked_at(monkeypatch: pytest.MonkeyPatch) -> list[Message]:
+    """The messages that were read ahead."""
+    seen: list[Message] = []
+    note = Beginnings.note
+
+    def noted(self: Beginnings, message: Message) -> bool:
+        seen.append(message)
+        return note(self, message)
+
+    monkeypatch.setattr(Beginnings, "note", noted)
+    return seen
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag1", "bag2"])
+def test_a_topic_without_messages_is_not_waited_for(
+    kind: str, new_drive, looked_at: list[Message], tmp_path: Path
+) -> None:
+    drive = new_drive(silent=[("/rear", "sensor_msgs/msg/LaserScan")]).straight(60.0)
+    path = getattr(drive, kind)(tmp_path / "a")
+    assert "/rear" in open_messages(path).topics()
+    next(iter(open_log(path)))
+    assert 100 < len(looked_at) < 150  # 5 s of them
+    looked_at.clear()
+    in_recorded_order(open_messages(path), Notices())
+    assert len(looked_at) < 5
+
+
+def test_a_carmen_log_is_not_read_through_for_its_rear_laser(
+    looked_at: list[Message], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.log"
+    line = "FLASER 3 1.0 1.0 1.0 0.0 0.0 0.0 0.0 0.0 0.0 {0} robot {0}\n"
+    path.write_text("".join(line.format(10.0 + k) for k in range(60)))
+    next(iter(open_log(path)))
+    assert 10 < len(looked_at) < 20  # 5 s of them, and the first one after
+
+
+def test_a_topic_whose_messages_the_summary_lacks_is_read(drive, tmp_path: Path) -> None:
+    drive.straight(7.0)
+    drive.tf(0.0, "base_link", "rear_laser", (-0.2, 0.0, 0.3), math.pi)
+    drive.scan(6.0, topic="/rear", frame="rear_laser")
+    drive.messages.sort(key=lambda message: message[2])
+    path = drive.mcap(tmp_path / "a.mcap")
+    whole = path.read_bytes()
+    topics = list(dict.fromkeys(topic for topic, *_ in drive.messages))
+    rear = 1 + topics.index("/rear")  # the number of its channel
+    said = whole.rindex(struct.pack("<HQ", rear, 1))
+    path.write_bytes(whole[:said] + struct.pack("<HQ", rear, 0) + whole[said + 10 :])
+    assert "/rear" not in open_messages(path).awaited(["/rear", "/scan"])
+    assert {r.laser for r in open_log(path) if isinstance(r, Scan)} == {"laser", "rear_laser"}
 
 
 def test_iterating_again_reads_again(drive, tmp_path: Path) -> None:
