@@ -93,7 +93,7 @@ class Converter:
         with self._notices.muted():
             found = self._survey(end)
             if is_merged := not found.is_sorted:
-                self.messages = TopicByTopic(self.messages)
+                self.messages = TopicByTopic(self.messages, self._notices)
                 found = self._survey(end)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child

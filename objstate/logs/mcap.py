@@ -169,7 +169,7 @@ class McapFile:
         try:
             LEARNT[opcode](self, body)
         except struct.error:
-            self._notices.add(f"{self.path.name}: a damaged description of a channel was skipped")
+            self._notices.once(f"{self.path.name}: a damaged description of a channel was skipped")
 
     def _learn_schema(self, body: bytes) -> None:
         (number,) = struct.unpack_from("<H", body)

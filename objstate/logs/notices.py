@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
+
+Item = TypeVar("Item")
 
 
 class Notices:
@@ -20,6 +23,11 @@ class Notices:
         """Note a fact: a sentence in the singular, e.g. ``"run.mcap is cut off"``."""
         if not self._is_muted:
             self._facts[fact] += 1
+
+    def once(self, fact: str) -> None:
+        """Note a fact that is found each time that a file is opened."""
+        if not self._is_muted:
+            self._facts[fact] = 1
 
     def drop(self, what: str, why: str) -> None:
         """Note that something was left out: ``drop("Scan", "before any odometry")``."""
@@ -45,6 +53,17 @@ class Notices:
             yield
         finally:
             self._is_muted = was_muted
+
+    def muting(self, items: Iterable[Item]) -> Iterator[Item]:
+        """The items; while one is made, nothing is noted."""
+        made = iter(items)
+        while True:
+            with self.muted():
+                try:
+                    item = next(made)
+                except StopIteration:
+                    return
+            yield item
 
     def listed(self) -> list[str]:
         """The facts in the order in which they first came up."""

@@ -57,11 +57,12 @@ class Beginnings:
 class TopicByTopic:
     """A log whose topics were written one after the other, in recorded order.
 
-    It is read once for each topic at the same time, so that memory stays flat.
+    It is read once for each topic at the same time, so that memory stays flat. What the first of
+    these readings notes is noted.
     """
 
-    def __init__(self, messages: Container) -> None:
-        self._messages = messages
+    def __init__(self, messages: Container, notices: Notices) -> None:
+        self._messages, self._notices = messages, notices
         self._share = 0.0
 
     @property
@@ -81,7 +82,8 @@ class TopicByTopic:
         """Its messages in recorded order, all or those of some topics."""
         self._share = 0.0
         wanted = self.topics() if topics is None else topics
-        each = [self._messages.messages([topic]) for topic in wanted]
+        first, *others = [self._messages.messages([topic]) for topic in wanted] or [iter(())]
+        each = [first, *(self._notices.muting(other) for other in others)]
         for message in heapq.merge(*each, key=attrgetter("recorded_ns")):
             self._share = max(self._share, self._messages.share)
             yield message
@@ -98,7 +100,7 @@ def in_recorded_order(messages: Container, notices: Notices) -> Container:
     if beginnings.is_sorted:
         return messages
     notices.add(UNSORTED)
-    return TopicByTopic(messages)
+    return TopicByTopic(messages, notices)
 
 
 class Arrival(NamedTuple):

@@ -122,7 +122,7 @@ class Rosbag1File:
     def _learn(self, header: Header, data: bytes) -> None:
         connection = _fields(data)
         if b"conn" not in header or not {b"type", b"message_definition"} <= connection.keys():
-            self._notices.add(f"{self.path.name}: a damaged description of a topic was skipped")
+            self._notices.once(f"{self.path.name}: a damaged description of a topic was skipped")
             return
         topic = header.get(b"topic", connection.get(b"topic", b"")).decode(errors="replace")
         package, _, short = connection[b"type"].decode(errors="replace").partition("/")

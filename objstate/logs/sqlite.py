@@ -156,7 +156,7 @@ class SqliteFile:
                 if not (
                     isinstance(number, int) and isinstance(topic, str) and isinstance(name, str)
                 ):
-                    self._notices.add(f"{self.path.name}: a damaged topic was left out")
+                    self._notices.once(f"{self.path.name}: a damaged topic was left out")
                 elif wire == CDR:
                     language, text = definitions.get(name, (MSG, ""))
                     topics[number] = (topic, MessageType(name, CDR, text, language))
@@ -189,7 +189,7 @@ class SqliteFile:
             ).fetchall()
         except FAULTS as error:
             if "no such table" not in str(error):
-                self._notices.add(
+                self._notices.once(
                     f"{self.path.name}: its definitions of types are damaged ({error})"
                 )
             return {}

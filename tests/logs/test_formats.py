@@ -1,17 +1,21 @@
 """Whatever the format, the same drive gives the same messages and records."""
 
 import math
+import re
+import sqlite3
 import struct
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.writer import CompressionType
 
+from objstate.conversion import convert
 from objstate.errors import LogError
 from objstate.logs import Message, inspect_log, open_log, open_messages
 from objstate.logs.notices import Notices
-from objstate.logs.ordering import Beginnings, in_recorded_order
+from objstate.logs.ordering import UNSORTED, Beginnings, in_recorded_order
 from objstate.records import Scan
 
 WRITERS = {
@@ -132,6 +136,43 @@ def test_topics_written_one_after_the_other_are_merged(
     assert shares == sorted(shares)
     assert log.warnings == ["The log is not sorted by time: it is read topic by topic, and slower"]
     assert sorted_log.warnings == []
+
+
+def damaged(kind: str, path: Path) -> Path:
+    """The path of a log with its end cut off, or a topic and some messages damaged."""
+    if kind != "bag2":
+        path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
+        return path
+    with closing(sqlite3.connect(path / f"{path.name}.db3")) as database, database:
+        columns = "type, serialization_format, offered_qos_profiles, type_description_hash"
+        database.execute(f"INSERT INTO topics SELECT 9, x'00', {columns} FROM topics LIMIT 1")
+        database.execute("UPDATE messages SET timestamp = x'00' WHERE rowid % 50 = 3")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("mcap", ["cut off after"]),
+        ("bag1", [r"is cut off \(read up to byte \d+ of \d+\):"]),
+        ("bag2", ["a damaged topic was left out", r"a damaged message was left out \(6 times\)"]),
+    ],
+)
+def test_damage_of_a_log_written_topic_by_topic_is_counted_once(
+    kind: str, told: list[str], new_drive, tmp_path: Path
+) -> None:
+    order = ["/tf_static", "/scan", "/odom"]
+    whole = new_drive().straight(10.0).messages
+    apart = new_drive(sorted(whole, key=lambda message: order.index(message[0])))
+    path = damaged(kind, getattr(apart, kind)(tmp_path / "a"))
+    log = open_log(path)
+    assert len(list(log)) > 100
+    for warnings in (log.warnings, convert(path, tmp_path / "converted.mcap").warnings):
+        assert UNSORTED in warnings
+        for each in told:
+            assert (
+                sum(re.search(f"{each}[^()]*$", warning) is not None for warning in warnings) == 1
+            )
 
 
 @pytest.fixture
