@@ -148,6 +148,7 @@ class Robot(Answer):
     drive: str | None = None  # that goes on
     pose: tuple[float, float, float] | None = None  # x m, y m, yaw rad
     lost: bool = False
+    warnings: tuple[str, ...] = ()  # of its drive so far
     connection: str | None = None  # of a robot that the service connects to
 
 

@@ -128,8 +128,9 @@ class Parts:
             self.events.add((kind, who | {"stamp_ns": what}))
         elif kind == "scene" and self.foxglove is not None:
             self.foxglove.show(*what)
-        elif kind in ("state", "failed"):
-            self.events.tell("state", who | {"state": live.state})
+        elif kind in ("state", "failed", "warnings"):
+            told = {"state": live.state, "warnings": live.warnings}
+            self.events.tell("state", who | told)
 
     def note_end(self, drive: Drive, live: str) -> None:
         """A live drive has ended: its beliefs hold until the world has those of the whole drive."""

@@ -144,6 +144,29 @@ def test_records_are_taken_as_a_log_and_survive_a_kill(
     assert ended.id != drive["id"]
 
 
+def test_who_follows_a_drive_that_goes_on_is_warned(serve: Serve, hall: tuple[Path, Path]) -> None:
+    service, records = serve(), records_of(hall[1])
+    unmounted = [each | {"frame": "rear"} for each in records if each["type"] == "scan"]
+    every = sorted(records + unmounted, key=lambda each: each["stamp_ns"])
+    client, heard, is_heard = Client(service.address, service.token), [], threading.Event()
+
+    def listen() -> None:
+        for event in client.stream():
+            if event.kind == "state" and event.data["warnings"]:
+                heard.append(event.data)
+                is_heard.set()
+                return
+
+    threading.Thread(target=listen, daemon=True).start()
+    client.send_records("r2", every[:-10])
+    time.sleep(1.2)  # a drive is estimated when a second of it has come
+    client.send_records("r2", every[-10:])
+    assert is_heard.wait(PATIENCE_S)
+    (robot,) = client.robots()
+    assert robot.warnings[0].startswith("Scan dropped: The log has no mounting of the laser 'rear'")
+    assert (heard[0]["robot"], heard[0]["state"]) == ("r2", "estimating")
+
+
 @pytest.mark.parametrize(
     ("record", "told"),
     [

@@ -206,7 +206,7 @@
       const each = document.createElement("article");
       each.classList.toggle("lost", Boolean(robot.lost));
       const told = robot.drive ? `${robot.lost ? "lost; " : ""}${robot.state || "driving"}` : robot.connection;
-      each.textContent = `${robot.robot}: ${told}`;
+      each.textContent = [`${robot.robot}: ${told}`, ...(robot.warnings ?? [])].join(". ");
       return each;
     });
     if (!shown.length) {

@@ -51,6 +51,7 @@ class LiveDrive:
         self.pose: list[float] | None = None  # x m, y m, yaw rad
         self.is_lost = False
         self.messages = 0
+        self.warnings: list[str] = []  # of the log and the estimator, so far
         self._context, self._limits, self._news = context, limits, news
         self._lock = threading.RLock()
         self._came_s: dict[int, float] = {}  # by stamp of a scan: when it came in
@@ -63,9 +64,16 @@ class LiveDrive:
 
     def words(self) -> dict[str, Any]:
         """The drive as JSON has it."""
-        out = {"robot": self.robot, "drive": self.id, "state": self.state, "pose": self.pose}
-        silent_s = round(time.monotonic() - self.heard_s, 1)
-        return out | {"lost": self.is_lost, "messages": self.messages, "silent_s": silent_s}
+        return {
+            "robot": self.robot,
+            "drive": self.id,
+            "state": self.state,
+            "pose": self.pose,
+            "lost": self.is_lost,
+            "messages": self.messages,
+            "silent_s": round(time.monotonic() - self.heard_s, 1),
+            "warnings": list(self.warnings),
+        }
 
     @property
     def journal(self) -> Path:
@@ -149,6 +157,7 @@ class LiveDrive:
             self._process = None
             return
         self._starts += 1
+        self.warnings = []  # the drive is estimated from its beginning
         self._journal.flush()
         self._process = LiveProcess(self._context, self._types, self.id, self._said)
         for message in read_journal(self._journal.path):
@@ -159,6 +168,8 @@ class LiveDrive:
             return
         if kind == "state":
             self.state = what
+        elif kind == "warnings":
+            self.warnings = what
         elif kind == "over":
             self.state, self._is_over = what, True
         elif kind == "failed":

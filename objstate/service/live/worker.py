@@ -20,7 +20,7 @@ import numpy as np
 from objstate.errors import ObjstateError
 from objstate.estimator import Estimator
 from objstate.lazy import altered
-from objstate.logs import Message
+from objstate.logs import Log, Message
 from objstate.logs.live import ClockSetBackError, LiveMessages, open_live
 from objstate.objects import ObjectBelief
 from objstate.records import Estimate, Scan
@@ -33,6 +33,7 @@ from objstate.service.live.options import LiveContext
 from objstate.service.live.scene import SceneSender
 
 POSES_EVERY_NS = 200_000_000  # ns between two poses of the robot that are sent
+WARNED_EVERY_NS = 1_000_000_000  # likewise of warnings, whose counts may grow with each scan
 MOST_POINTS = 180  # of a scan that is shown
 # what makes a belief news: of angles in rad and lengths in m, of standard deviations and
 # probabilities; and ns after which it is sent anyway
@@ -80,6 +81,8 @@ class _Live:
         self._sent: dict[str, ObjectBelief] = {}
         self._posed_ns = -(2**63)
         self._is_lost = False
+        self._warnings: list[str] = []
+        self._warned_ns = -(2**63)
 
     def drive(self, messages: LiveMessages) -> None:
         context = self._context
@@ -98,6 +101,7 @@ class _Live:
             estimates = estimator.feed(record)
             if isinstance(record, Scan):
                 self._note(record, estimator, estimates)
+            self._warn(record.stamp_ns, log, estimator)
             if scene is not None:
                 scene.note(record, estimator, estimates)
 
@@ -124,6 +128,15 @@ class _Live:
         if scan.stamp_ns - self._posed_ns >= POSES_EVERY_NS and estimator.robot is not None:
             self._posed_ns = scan.stamp_ns
             self._say("robot", _words(scan, estimator))
+
+    def _warn(self, stamp_ns: int, log: Log, estimator: Estimator) -> None:
+        """Send the warnings so far, where there is news of them."""
+        if stamp_ns - self._warned_ns < WARNED_EVERY_NS:
+            return
+        warnings = [*log.warnings, *estimator.warnings]
+        if warnings != self._warnings:
+            self._warned_ns, self._warnings = stamp_ns, warnings
+            self._say("warnings", warnings)
 
     def _say(self, kind: str, what: Any) -> None:
         self._connection.send((kind, what))

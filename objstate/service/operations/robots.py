@@ -37,7 +37,13 @@ async def end_drive(parts: Parts, request: Request, _: Token) -> Response:
     return JSONResponse({"drive": None if drive is None else drive.words()}, 202)
 
 
-ROBOT = {"robot": "robot_1", "state": "estimating", "pose": [2.0, 0.5, 1.57], "lost": False}
+ROBOT = {
+    "robot": "robot_1",
+    "state": "estimating",
+    "pose": [2.0, 0.5, 1.57],
+    "lost": False,
+    "warnings": ["Scan dropped: later than others (3 times)"],
+}
 OPERATIONS = (
     Operation(
         "GET",
