@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import heapq
 import zlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 
@@ -139,12 +139,16 @@ def is_log(path: Path) -> bool:
 
 
 def as_paths(paths: Paths) -> list[Path]:
-    """One path or several, as a list."""
+    """One path or several, as a list. Raises LogError for none, TypeError for what is no path."""
     if isinstance(paths, str | Path):
         return [Path(paths)]
     if not paths:
         raise LogError("No log was named; name a file or a bag's folder.")
-    return [Path(path) for path in paths]
+    named = list(paths) if isinstance(paths, Iterable) else [paths]
+    for path in named:
+        if not isinstance(path, str | Path):
+            raise TypeError(f"A {type(path).__name__} is no path of a log; give one, or a list.")
+    return [Path(path) for path in named]
 
 
 def _files(path: Path, notices: Notices) -> list[Path]:

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import islice
 
+import numpy as np
+
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
 from objstate.logs.containers import Messages, Paths, as_paths
@@ -16,7 +18,7 @@ from objstate.logs.notices import Notices
 from objstate.logs.odometry import place_in_odometry
 from objstate.logs.ordering import Arrival, in_time_order
 from objstate.logs.roles import find_roles
-from objstate.logs.span import EPOCH_FROM, stamp_at
+from objstate.logs.span import EPOCH_FROM, LATEST, stamp_at
 from objstate.records import Odometry, Record, Scan
 
 # records read at once, which takes half the time of reading each on demand
@@ -122,19 +124,53 @@ def open_log(
     odometry's; they are subtracted.
 
     Raises LogError for a path that is missing or of no known format, for a topic that isn't there
-    or of no use, for a clock offset that is no number, and for a log without scans or odometry.
-    The records raise it before the first one where a laser's mounting is nowhere in the log.
+    or of no use, for a clock offset, start or end that is no number of seconds, for an end before
+    the start, and for a log without scans or odometry; TypeError for mounts or clock offsets that
+    aren't given by frame. The records raise LogError before the first one where a laser's mounting
+    is nowhere in the log.
     """
+    check_by_frame(mounts=mounts or {}, clock_offsets=clock_offsets or {})
     for frame, ahead in (clock_offsets or {}).items():
-        if not math.isfinite(ahead):
+        if not _is_finite(ahead):
             raise LogError(
-                f"The clock of the laser '{frame}' can't be set back by {ahead:g} s; give a finite "
+                f"The clock of the laser '{frame}' can't be set back by {ahead!r} s; give a finite "
                 "number."
             )
+    _check_span(start, end)
     notices = Notices()
     messages = Messages(as_paths(paths), None, notices)
     span = start, end
     return Log(messages, topics, mounts or {}, clock_offsets or {}, span, notices, _recorded)
+
+
+def check_by_frame(**given: object) -> None:
+    """Raise TypeError for what isn't given for each laser by its frame."""
+    for name, values in given.items():
+        if not isinstance(values, Mapping):
+            raise TypeError(
+                f"{name} is a {type(values).__name__}; give a dict of lasers' frames, as {{'laser': "
+                "...}."
+            )
+
+
+def _check_span(start: float | None, end: float | None) -> None:
+    for name, seconds in (("start", start), ("end", end)):
+        if seconds is not None and not (_is_finite(seconds) and seconds < LATEST):
+            raise LogError(
+                f"The {name} of what is read is {seconds!r}; give seconds from the log's start, or "
+                "since 1970. Nanoseconds are divided by 1e9."
+            )
+    if start is not None and end is not None and end < start and _are_alike(start, end):
+        raise LogError(f"The end, {end:g} s, is before the start, {start:g} s; exchange them.")
+
+
+def _are_alike(start: float, end: float) -> bool:
+    """Whether both count from the log's start, or both are of the calendar."""
+    return (start < EPOCH_FROM) == (end < EPOCH_FROM)
+
+
+def _is_finite(number: object) -> bool:
+    return isinstance(number, int | float | np.number) and math.isfinite(number)
 
 
 def _recorded(arrivals: Iterable[Arrival], notices: Notices) -> Iterator[Record]:

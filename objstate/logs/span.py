@@ -6,6 +6,9 @@ from __future__ import annotations
 # the log's start
 EPOCH_FROM = 1e8
 
+# s, the year 5138; a later time was given in milliseconds or nanoseconds
+LATEST = 1e11
+
 
 def stamp_at(seconds: float, origin_ns: int) -> int:
     """The stamp, ns, of a time that is given from the log's origin or of the calendar."""

@@ -371,6 +371,44 @@ def test_start_and_end_count_from_the_start_or_are_calendar_times(
         read(drive, tmp_path, start=100.0)
 
 
+@pytest.mark.parametrize("limit", ["start", "end"])
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, "5", 1_700_000_000 * 10**9])
+def test_a_start_or_end_that_is_no_number_of_seconds_is_refused(
+    limit, seconds, drive, tmp_path
+) -> None:
+    with pytest.raises(LogError, match=f"The {limit} of what is read is .*; give seconds from the"):
+        open_log(drive.straight().mcap(tmp_path / "log.mcap"), **{limit: seconds})
+
+
+def test_an_end_before_the_start_is_refused(drive, tmp_path, start_ns) -> None:
+    path = drive.straight(10.0).mcap(tmp_path / "log.mcap")
+    with pytest.raises(LogError, match=r"The end, 2 s, is before the start, 5 s; exchange them"):
+        open_log(path, start=5.0, end=2.0)
+    calendar = start_ns * 1e-9
+    assert len(list(open_log(path, start=calendar + 8.0, end=9.0))) == 27  # 21 of odometry
+
+
+@pytest.mark.parametrize("option", ["mounts", "clock_offsets"])
+@pytest.mark.parametrize("given", [[0.1], "laser=0.1", 0.1])
+def test_what_is_not_given_by_frame_is_refused(option, given, drive, tmp_path) -> None:
+    path = drive.straight().mcap(tmp_path / "log.mcap")
+    with pytest.raises(TypeError, match=rf"{option} is a .*; give a dict of lasers' frames"):
+        open_log(path, **{option: given})
+
+
+@pytest.mark.parametrize("ahead", [math.nan, "0.1", None])
+def test_a_clock_offset_that_is_no_number_is_refused(ahead, drive, tmp_path) -> None:
+    path = drive.straight().mcap(tmp_path / "log.mcap")
+    with pytest.raises(LogError, match=r"'laser' can't be set back by .*; give a finite number"):
+        open_log(path, clock_offsets={"laser": ahead})
+
+
+@pytest.mark.parametrize("given", [5, [5]])
+def test_what_is_no_path_of_a_log_is_refused(given) -> None:
+    with pytest.raises(TypeError, match="A int is no path of a log; give one, or a list"):
+        open_log(given)
+
+
 def test_beliefs_of_every_kind(drive, tmp_path) -> None:
     samples = [(1.0, 2.0, 0.5), (3.0, 4.0, -0.5)]
     drive.straight()
