@@ -8,13 +8,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from objstate.config import Settings
+from objstate.config import Settings, check_settings
 from objstate.geometry import FloatArray
+from objstate.logs.log import check_by_frame
 
 
 @dataclass(frozen=True, eq=False)
 class RunOptions:
-    """Everything that determines a result besides the log and the building."""
+    """Everything that determines a result besides the log and the building.
+
+    Raises TypeError for settings that aren't loaded, and for mounts and clock offsets that aren't
+    given by frame.
+    """
 
     settings: Settings = field(default_factory=Settings)
     seed: int = 0
@@ -28,6 +33,10 @@ class RunOptions:
     clock_offsets: Mapping[str, float] = field(
         default_factory=dict
     )  # s by which a laser's stamps are ahead of the odometry's
+
+    def __post_init__(self) -> None:
+        check_settings(self.settings)
+        check_by_frame(mounts=self.mounts, clock_offsets=self.clock_offsets)
 
     def to_dict(self) -> dict[str, Any]:
         """The same as JSON values."""
@@ -44,3 +53,12 @@ class RunOptions:
             "mounts": {frame: mount.tolist() for frame, mount in self.mounts.items()},
             "clock_offsets": dict(self.clock_offsets),
         }
+
+
+def check_options(given: object) -> None:
+    """Raise TypeError for what is no RunOptions, such as the path of settings."""
+    if not isinstance(given, RunOptions):
+        raise TypeError(
+            f"A {type(given).__name__} is no RunOptions; give objstate.RunOptions(...), in which "
+            "settings=objstate.load_settings(PATH) stands for a file of settings."
+        )

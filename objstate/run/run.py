@@ -44,7 +44,7 @@ from objstate.run.inputs import (
     seen_from,
 )
 from objstate.run.observer import Observer
-from objstate.run.options import RunOptions
+from objstate.run.options import RunOptions, check_options
 from objstate.run.posteriors import PosteriorRecorder
 from objstate.run.scans import ScanRecorder
 from objstate.run.smoothing import write_smoothed
@@ -154,10 +154,11 @@ def estimate_log(
     may be an object. ``on_finish`` may write more into the folder that it is given.
 
     Raises ResultError, BuildingError, SettingsError, LogError, TruthError or WorldError, and
-    TypeError for a building that is none of the above.
+    TypeError for a building, options or a world that are none of the above.
     """
     began = time.monotonic()
-    options = options or RunOptions()
+    options = RunOptions() if options is None else options
+    check_options(options)
     log_paths = as_paths(logs)
     with result_folder(out, overwrite=overwrite) as folder:
         read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)

@@ -199,6 +199,27 @@ def test_a_loaded_building_in_place_of_its_path_is_refused(tmp_path: Path) -> No
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("given", ["settings.yaml", Path("settings.yaml"), {}])
+def test_settings_that_are_not_loaded_are_refused_by_the_options(given: Any) -> None:
+    with pytest.raises(TypeError, match=r"is no Settings; give .*load_settings"):
+        RunOptions(settings=given)
+
+
+@pytest.mark.parametrize("given", [{"mounts": None}, {"clock_offsets": 0.1}])
+def test_options_that_are_not_given_by_frame_are_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match="give a dict of lasers' frames"):
+        RunOptions(**given)
+
+
+@pytest.mark.parametrize("given", ["settings.yaml", Settings(), {}])
+def test_what_is_no_options_is_refused(given: Any, tmp_path: Path) -> None:
+    building, world = hall(tmp_path), tmp_path / "world.db"
+    with pytest.raises(TypeError, match=r"is no RunOptions; give objstate.RunOptions\(...\)"):
+        estimate_log([recorded(tmp_path)], building, tmp_path / "out", given, world=world)
+    assert not world.exists()
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_rule_for_no_object_is_doubted(tmp_path: Path) -> None:
     building = hall(tmp_path, DOOR.format(x=2, width=0.9))
     rules = (ObjectRule(match="dor*"), ObjectRule(match="do?r"))
