@@ -571,10 +571,15 @@ Model = TypeVar("Model", bound=BaseModel)
 def load_settings(path: str | Path | None) -> Settings:
     """Settings from a YAML file, or the defaults without one.
 
-    Raises SettingsError naming the file, the key and the cure.
+    Raises SettingsError naming the file, the key and the cure, TypeError for what is no path.
     """
     if path is None:
         return Settings()
+    if not isinstance(path, str | Path):
+        raise TypeError(
+            f"A {type(path).__name__} is no path of settings; give that of a YAML file. A dict of "
+            "settings becomes Settings by objstate.Settings.model_validate."
+        )
     return parse_strict(Settings, load_yaml(Path(path)), str(path))
 
 

@@ -33,6 +33,12 @@ def refused(folder: Path, text: str) -> str:
     return str(caught.value)
 
 
+@pytest.mark.parametrize("given", [{"scans": {}}, [], 5])
+def test_what_is_no_path_of_settings_is_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match=r"is no path of settings; .*Settings.model_validate"):
+        load_settings(given)
+
+
 @pytest.mark.parametrize("text", ["", "# nothing but a remark\n", "{}", "objects: []"])
 def test_an_empty_file_gives_the_defaults(tmp_path: Path, text: str) -> None:
     assert loaded(tmp_path, text) == load_settings(None) == Settings()

@@ -26,12 +26,16 @@ def load_building(path: str | Path) -> Building:
     The root link and what is fixed to it are the walls; each movable joint is an
     object, together with what is fixed below it. Raises BuildingError, with the
     line and the cure, for anything that can't be understood, and SettingsError for the file
-    beside it that says how far the building is off.
+    beside it that says how far the building is off. Raises TypeError for what is no path.
     """
 
     def refuse(error: BuildingError) -> None:
         raise error
 
+    if not isinstance(path, str | Path):
+        raise TypeError(
+            f"A {type(path).__name__} is no path of a building; give the path of its URDF."
+        )
     building = assemble(read_description(Path(path), refuse), refuse)
     return replace(building, error=read_sidecar(Path(path)))
 

@@ -44,7 +44,14 @@ class Location:
 
 
 def parse_location(text: str | Path) -> Location:
-    """The place that a path or a URL names. Raises WorldError for what is neither."""
+    """The place that a path or a URL names.
+
+    Raises WorldError for a text that is neither, TypeError for what is no text.
+    """
+    if not isinstance(text, str | Path):
+        raise TypeError(
+            f"A {type(text).__name__} names no place of a world; give the path of a file, or a URL."
+        )
     if "://" not in str(text):
         return Location(URL.create("sqlite", database=str(text)))
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -282,6 +283,12 @@ def test_a_folder_is_refused_with_the_urdf_that_it_holds(tmp_path: Path) -> None
     (tmp_path / "office.urdf").touch()
     with pytest.raises(BuildingError, match=r"is a folder; give its URDF, .*office\.urdf"):
         load_building(tmp_path)
+
+
+@pytest.mark.parametrize("given", [None, ["office.urdf"]])
+def test_what_is_no_path_is_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match="is no path of a building; give the path of its URDF"):
+        load_building(given)
 
 
 def test_a_path_that_leads_nowhere_is_refused(tmp_path: Path) -> None:

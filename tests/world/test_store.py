@@ -268,6 +268,16 @@ def test_a_place_that_cannot_be_reached_is_told_without_the_password() -> None:
             open_store(wrong)
 
 
+@pytest.mark.parametrize("given", [5, b"world.db"])
+def test_what_names_no_place_is_refused_and_makes_no_file(
+    given: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TypeError, match="names no place of a world; give the path of a file"):
+        open_store(given, BUILDING)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_building_that_is_not_loaded_is_refused(tmp_path: Path) -> None:
     path: Any = "office.urdf"
     with pytest.raises(TypeError, match=r"is no Building; give .*load_building"):
