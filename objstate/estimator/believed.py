@@ -42,6 +42,7 @@ class Believed:
         for name, each in self.filters.items():
             self._keep(name, each.prior(self.rngs[name]))
         self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
+        _check_by_name(known)
         for name, belief in known.items():
             _check_known(belief, self.priors[building[name].name])
             self._keep(name, belief)
@@ -57,12 +58,17 @@ class Believed:
     def then(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief at a moment after its last update, without changing any state.
 
-        Raises ValueError for an earlier moment.
+        Raises ValueError for an earlier moment, TypeError for one that is no integer.
         """
+        if not isinstance(stamp_ns, int | np.integer):
+            raise TypeError(f"The stamp {stamp_ns!r} is no integer; give nanoseconds since 1970.")
         belief = self.marginals[name]
         known = belief.stamp_ns
         if known is not None and stamp_ns < known:
-            raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
+            raise ValueError(
+                f"Object '{name}' was updated after {stamp_ns} ns, at {known} ns; give a later stamp, "
+                "in nanoseconds."
+            )
         if stamp_ns != known:
             belief = self.at(name, stamp_ns, np.random.default_rng(stamp_ns))
         return belief
@@ -85,6 +91,17 @@ class Believed:
             self.surroundings.rehang(belief.item)
         self.marginals[name] = belief
         self.surroundings.follow(name, belief)
+
+
+def _check_by_name(known: object) -> None:
+    """Raise TypeError for what isn't beliefs by name."""
+    values = known.values() if isinstance(known, Mapping) else [known]
+    for each in values:
+        if not isinstance(each, ObjectBelief):
+            raise TypeError(
+                f"A {type(each).__name__} is no belief about an object; give a dict of beliefs by the "
+                "objects' names, or what World.at returns."
+            )
 
 
 def _check_known(belief: ObjectBelief, prior: ObjectBelief) -> None:

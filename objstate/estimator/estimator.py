@@ -54,7 +54,7 @@ class Estimator:
             its belief; an initial pose or a robot belief that is none.
         BuildingError: beliefs about an object that the building doesn't have, or about another
             one than their name says.
-        TypeError: a building or settings that aren't loaded.
+        TypeError: a building or settings that aren't loaded, beliefs that aren't given by name.
     """
 
     def __init__(
@@ -110,7 +110,8 @@ class Estimator:
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update.
 
-        Raises ValueError for an earlier moment, BuildingError for an unknown object.
+        Raises ValueError for an earlier moment, TypeError for one that is no integer, BuildingError
+        for an unknown object.
         """
         return self._believed.then(self.building[name].name, stamp_ns)
 

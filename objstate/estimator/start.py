@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from objstate.errors import SettingsError
@@ -52,5 +54,10 @@ def _checked(pose: FloatArray) -> FloatArray:
         raise SettingsError(
             f"The initial pose {pose!r} is none; give x, y in metres and yaw in radians, as "
             "np.array([2.0, 0.0, 0.0])."
+        )
+    if abs(values[2]) > math.tau:
+        raise SettingsError(
+            f"The initial pose's yaw of {values[2]:g} rad is more than a turn; if it is in degrees, "
+            f"give math.radians({values[2]:g}), or {values[2]:g}deg on the command line."
         )
     return values

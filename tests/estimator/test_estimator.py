@@ -439,6 +439,17 @@ def test_settings_that_are_not_loaded_are_refused(given: Any) -> None:
         Estimator(CORRIDOR, given)
 
 
+@pytest.mark.parametrize("given", [{"a": None}, ["a"], "a"])
+def test_what_is_no_beliefs_by_name_is_refused(given: Any) -> None:
+    with pytest.raises(TypeError, match="is no belief about an object; give a dict of beliefs"):
+        Estimator(CORRIDOR, beliefs=given)
+
+
+def test_a_start_in_degrees_is_refused() -> None:
+    with pytest.raises(SettingsError, match=r"yaw of 90 rad is more .* give math.radians\(90\)"):
+        Estimator(CORRIDOR, initial_pose=np.array([2.0, 0.0, 90.0]))
+
+
 def test_what_is_no_record_is_refused() -> None:
     records: Any = short_drive().records
     for other in (records, None, truth()):
@@ -477,6 +488,8 @@ def test_an_object_asked_for_later_is_less_certain_and_the_asking_changes_nothin
     np.testing.assert_array_equal(estimator.objects["a"].weights.values, now.weights.values)
     with pytest.raises(BuildingError, match="no object 'x'"):
         estimator.object_at("x", now.stamp_ns)
+    with pytest.raises(TypeError, match="is no integer; give nanoseconds since 1970"):
+        estimator.object_at("a", now.stamp_ns / 1e9)  # type: ignore[arg-type]
     again = estimator.object_at("a", now.stamp_ns + 3600 * 10**9)
     np.testing.assert_array_equal(again.weights.values, later.weights.values)
 
