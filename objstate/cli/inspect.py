@@ -33,6 +33,12 @@ Examples:
 
 RUN = "run.json"  # that shows a result's folder
 BUILDING_ENDINGS = (".urdf", ".xacro")
+LOG_ENDINGS = (
+    ".mcap",
+    ".bag",
+    ".db3",
+    ".zstd",
+)  # of a bag's folder, in which a URDF may lie as well
 BYTES_TO_TELL = 256  # bytes from a file's start that show whether it is XML
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
@@ -110,7 +116,10 @@ def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> No
 
 
 def _is_building(path: Path) -> bool:
-    """Whether a file is XML by its first bytes, or called a building."""
+    """Whether a file is XML by its first bytes, or called a building; or a folder holds such."""
+    if path.is_dir():
+        endings = {each.suffix for each in path.iterdir()}
+        return not endings.isdisjoint(BUILDING_ENDINGS) and endings.isdisjoint(LOG_ENDINGS)
     if not path.is_file():
         return path.suffix in BUILDING_ENDINGS
     with path.open("rb") as file:

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import shutil
 import subprocess
 import sys
 from contextlib import suppress
@@ -327,6 +328,15 @@ def test_an_unknown_format_is_refused_with_the_known(run, drive: Path) -> None:
     outcome = run("convert", drive / "log" / "log.mcap", drive / "x", "--format", "mcapp")
     assert outcome.code == 1
     assert "rosbag2" in outcome.err
+
+
+def test_inspect_of_a_buildings_folder_names_its_urdf(run, drive: Path, tmp_path: Path) -> None:
+    shutil.copy(drive / "room.urdf", tmp_path / "room.urdf")
+    outcome = run("inspect", tmp_path)
+    assert outcome.code == 1
+    assert f"{tmp_path} is a folder; give its URDF, {tmp_path / 'room.urdf'}" in outcome.err
+    shutil.copy(drive / "log" / "log.mcap", tmp_path)
+    assert "Records:" in run("inspect", tmp_path).out
 
 
 def test_inspect_shows_a_building(run, drive: Path) -> None:
