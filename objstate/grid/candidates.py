@@ -104,11 +104,11 @@ class Candidates:
         blobs, count = label(binary_dilation(occupied, TOUCHING), TOUCHING)
         blobs = np.where(occupied, blobs, 0)
         taken = np.zeros(count + 1, bool)
-        kept = []
+        kept: list[Candidate] = []
         for each in self.known:
             after = _looked_again(each, occupied, free, fresh, blobs, stamp_ns)
             taken[np.unique(blobs.ravel()[after.cells])] = True
-            if after.probability >= GONE:
+            if after.probability >= GONE and not any(_holds(other, after) for other in kept):
                 kept.append(after)
         sizes = np.bincount(blobs.ravel()[(occupied & fresh).ravel()], minlength=count + 1)
         new = np.flatnonzero((sizes >= FEWEST) & ~taken & (np.arange(count + 1) > 0)).tolist()
@@ -149,6 +149,14 @@ def _looked_again(
         looks=each.looks + 1,
         seen_ns=stamp_ns,
     )
+
+
+def _holds(one: Candidate, other: Candidate) -> bool:
+    """Whether the first takes all cells of the second: both turned out to be parts of one thing."""
+    outer, inner = one.cells, other.cells  # in order
+    if outer[0] > inner[0] or outer[-1] < inner[-1]:
+        return False
+    return bool(np.isin(inner, outer, assume_unique=True).all())
 
 
 def _still(gap: float, mean: float) -> float:

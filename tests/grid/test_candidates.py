@@ -67,6 +67,16 @@ def test_who_walks_by_never_is_real() -> None:
     assert len(candidates.known) < 4
 
 
+def test_parts_that_turn_out_to_be_one_thing_are_one() -> None:
+    left, right = (20, 28, 30, 36), (20, 28, 40, 46)
+    parts = looked(Candidates(LAYOUT), 3, left, right)
+    assert len(parts.known) == 2
+    (whole,) = looked(parts, 2, BOX).known
+    assert whole.name == "unknown_1"
+    assert len(whole.cells) == 8 * 16
+    assert len(looked(parts, 2, left, right).known) == 2
+
+
 def test_what_is_looked_through_is_gone_and_what_is_not_seen_stays() -> None:
     candidates = looked(Candidates(LAYOUT), 20, BOX)
     now = candidates.known[0].seen_ns
