@@ -291,6 +291,7 @@ class FurnitureMixture:
                 arrived[part],
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),
+                kernels.FLAT,
                 means[part],
                 covariances[part],
                 kinds[part],

@@ -509,6 +509,7 @@ class DoorMixture:
             arrived,
             placements,
             shares,
+            static_precisions(self.door, self.statics),
             means,
             covariances,
             kinds,
@@ -592,6 +593,15 @@ class DoorMixture:
         """The posterior of the state as weights of a lattice's states."""
         (weights,), (p_moving,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
+
+
+def static_precisions(door: Doorway, statics: Statics) -> FloatArray:
+    """(8,) inverse prior variances of the state within a cell, of hinge and thickness; 0 else."""
+    out = np.zeros(kernels.ERRORS)
+    out[kernels.STATE] = 1.0 / door.widths[0]
+    out[HINGE] = 1.0 / statics.hinge
+    out[kernels.THICKNESS] = 1.0 / THICKNESS_STD**2
+    return out
 
 
 def _under_each(resting: FloatArray, moving: FloatArray) -> FloatArray:

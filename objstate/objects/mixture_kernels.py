@@ -23,10 +23,12 @@ ERRORS = 8  # robot x, y, yaw; state; origin x, y; thickness; zero of the state
 ROBOT = 3  # the first of these
 STATE, ORIGIN, THICKNESS, ZERO = 3, 4, 6, 7
 OBSERVED = ZERO  # the number of errors, the first ones, on which readings depend
+FLAT = np.zeros(ERRORS)  # inverse variances of static errors of which nothing is known before
 GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
 # probability of a hit below which a beam carries no information about the object
 LEAST_SHARE = 1e-6
+HALVINGS = 2  # of a step that makes the errors less probable; after these there is none
 MOST_LOOKS = 3  # most linearizations before that of the evidence, where errors are wide
 WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
@@ -121,6 +123,9 @@ class Work(NamedTuple):
     information: FloatArray  # (7, 7) Gauss-Newton approximation
     matrix: FloatArray  # (8, 8)
     right: FloatArray  # (8, 8)
+    x: FloatArray  # (8,) errors about which readings are linearized: mean + prior pull
+    pull: FloatArray  # (8,)
+    spread: FloatArray  # (8, 8) covariance of errors that count in distinguishing hits from others
 
 
 @_inner
@@ -596,12 +601,13 @@ def _posterior(prior: FloatArray, work: Work) -> Any:
 
 
 @_inner
-def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work) -> None:
-    """Move the errors ``x`` (8,) to the mode of the linearized posterior, mean + prior pull.
+def _step(mean: FloatArray, prior: FloatArray, work: Work) -> None:
+    """Move the errors ``work.x`` (8,) to the mode of the linearized posterior, mean + prior pull.
 
     That is the posterior covariance, ``work.right``, times the gradient about the prior mean; as
     it is symmetric, the pull is what remains of that gradient once the information has been met.
     """
+    x, pull = work.x, work.pull
     for a in range(OBSERVED):
         pull[a] = work.gradient[a]
         for b in range(OBSERVED):
@@ -616,22 +622,49 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
 
 
 @_inner
+def _spent(mean: FloatArray, x: FloatArray, pull: FloatArray) -> Any:
+    """Squared Mahalanobis distance of errors x = mean + prior pull from the prior's mean."""
+    spent = 0.0
+    for a in range(OBSERVED):
+        spent += pull[a] * (x[a] - mean[a])
+    return spent
+
+
+@_inner
+def _unlikely(errors: FloatArray, precisions: FloatArray) -> Any:
+    """Negative log prior density of static errors, up to a constant.
+
+    The prior of the origin has heavy tails: Student's t with two degrees of freedom.
+    """
+    away = errors[ORIGIN] * errors[ORIGIN] + errors[ORIGIN + 1] * errors[ORIGIN + 1]
+    inside = precisions[STATE] * errors[STATE] * errors[STATE]
+    inside += precisions[THICKNESS] * errors[THICKNESS] * errors[THICKNESS]
+    return 2.0 * math.log(1.0 + 0.5 * precisions[ORIGIN] * away) + 0.5 * inside
+
+
+@_inner
+def _cost(mean: FloatArray, share: float, precisions: FloatArray, work: Work) -> Any:
+    """What the errors ``work.x`` cost in log density by a scan of which a share is fresh."""
+    x, pull = work.x, work.pull
+    static = _unlikely(x, precisions) - _unlikely(mean, precisions)
+    return 0.5 * share * _spent(mean, x, pull) + (1.0 - share) * static
+
+
+@_inner
 def _set_posterior(
     mean: FloatArray,
     prior: FloatArray,
-    x: FloatArray,
-    pull: FloatArray,
     log_determinant: float,
     share: float,
     work: Work,
 ) -> Any:
-    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence.
+    """Set mean and prior to the posterior, linearized at ``work.x``; log evidence.
 
     ``work`` has the posterior covariance, and ``_posterior`` gave the logarithm of its determinant.
+    A scan of which a share is fresh counts by that share.
     """
-    gained, spent = 0.0, 0.0
-    for a in range(OBSERVED):
-        spent += pull[a] * (x[a] - mean[a])
+    x, pull = work.x, work.pull
+    gained, spent = 0.0, _spent(mean, x, pull)
     for a in range(ERRORS):
         step = 0.0
         for b in range(OBSERVED):
@@ -641,7 +674,7 @@ def _set_posterior(
     for a in range(ERRORS):
         for b in range(ERRORS):
             prior[a, b] = 0.5 * (work.right[a, b] + work.right[b, a])
-    return 0.5 * (share * (gained - log_determinant) - spent)
+    return 0.5 * share * (gained - log_determinant - spent)
 
 
 @_inner
@@ -649,11 +682,9 @@ def _see_edges(
     beams: Beams,
     shape: Shape,
     independence: float,
-    x: FloatArray,
     mean: FloatArray,
     covariance: FloatArray,
     placed: Any,
-    step: FloatArray,
     times: FloatArray,
     work: Work,
 ) -> None:
@@ -661,11 +692,11 @@ def _see_edges(
 
     Beam by beam. A flanked corner isn't seen: what beams show is where an opening ends, at a frame
     whose place the model doesn't know and all scans share. Shares and corners are those at the
-    errors ``x`` (8,). Given the margin by which a beam meets the object, it does so with the
+    errors ``work.x`` (8,). Given the margin by which a beam meets the object, it does so with the
     probability of a normal distribution function as wide as the beam. What was met so many
     ``times`` (n,) counts by one over that.
     """
-    row = work.row
+    row, x, step = work.row, work.x, work.pull
     for i in range(work.share.shape[0]):
         if not LEAST_SHARE < work.share[i] < 1.0 - LEAST_SHARE:
             continue
@@ -702,6 +733,76 @@ def _see_edges(
 
 
 @_inner
+def _refine(
+    beams: Beams,
+    shape: Shape,
+    noise: Noise,
+    placement: FloatArray,
+    mean: FloatArray,
+    prior: FloatArray,
+    precisions: FloatArray,
+    kinds: FloatArray,
+    fresh: FloatArray,
+    repeated: FloatArray,
+    against: Any,
+    looks: int,
+    work: Work,
+) -> Any:
+    """Move the errors ``work.x`` (8,) from a component's mean to the mode of its posterior.
+
+    After some ``looks``, each a Gauss-Newton step, the evidence is computed without the errors'
+    covariance, which such a step includes. Steps that lead to less probable errors are halved.
+    ``against`` has whether the object just arrived in the component, whether it is the first one,
+    the log-likelihood of what is repeated in the first one, with which arrivals are compared, and
+    the least log-likelihoods, before and after the steps, from which on the component counts.
+    Returned are the log-likelihood, that before the steps, that of what is repeated, the number of
+    beams that reach the object, the share of the information that is fresh, the placement, and
+    log |1 + prior information|, NaN for a component that doesn't count.
+    """
+    is_new, is_first, expected, least_before, least_after = against
+    x, pull, spread = work.x, work.pull, work.spread
+    x[:], spread[:] = mean, prior
+    total, unrefined, again, reach, share = 0.0, 0.0, 0.0, 0, 1.0
+    placed, log_determinant, at_mean, scale = (1.0, 0.0, 0.0, 0.0), np.nan, 0.0, 1.0
+    for look in range(looks + HALVINGS + 3):
+        if look == looks:
+            spread[:] = 0.0
+        total, reach, placed, share, again = _linearize(
+            beams,
+            shape,
+            noise,
+            placement,
+            mean if look == looks else x,
+            prior,
+            spread,
+            kinds,
+            fresh,
+            repeated,
+            work,
+        )
+        expected = again if is_first else expected
+        total -= expected if is_new else 0.0
+        unrefined = total if look == 0 else unrefined
+        if look < looks:
+            if unrefined < least_before:
+                break
+            _posterior(prior, work)
+            _step(mean, prior, work)
+            spread[:] = work.right
+        elif look == looks:
+            at_mean = total
+        elif total - _cost(mean, share, precisions, work) >= at_mean or scale == 0.0:
+            if total >= least_after:
+                log_determinant = _posterior(prior, work)
+            break
+        else:
+            scale = 0.5 if look <= looks + HALVINGS else 0.0
+            for a in range(ERRORS):
+                x[a], pull[a] = mean[a] + scale * (x[a] - mean[a]), scale * pull[a]
+    return total, unrefined, again, reach, share, placed, log_determinant
+
+
+@_inner
 def _heaviest_first(weights: FloatArray) -> Any:
     """Components by descending weights (c,), none of 0; ``argsort`` takes longer to compile."""
     order, count = np.empty(weights.shape[0], dtype=np.int64), 0
@@ -717,7 +818,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f1 f1 b1 f2 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f1 b1 f2 f1 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -728,6 +829,7 @@ def condition(
     arrived: BoolArray,
     placements: FloatArray,
     weights: FloatArray,
+    precisions: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
     kinds: FloatArray,
@@ -772,8 +874,10 @@ def condition(
         np.empty((OBSERVED, OBSERVED)),
         np.empty((ERRORS, ERRORS)),
         np.empty((ERRORS, ERRORS)),
+        np.empty(ERRORS),
+        np.zeros(ERRORS),
+        np.empty((ERRORS, ERRORS)),
     )
-    x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     _set_densities(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
     expected, is_first = 0.0, True  # log-likelihood of what is repeated, in the heaviest component
@@ -782,58 +886,39 @@ def condition(
     for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
-            x[a] = mean[a]
             wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
-            for b in range(ERRORS):
-                spread[a, b] = prior[a, b]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         work.flanked[:] = 0
-        total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
-        share, again = 1.0, 0.0
         fresh = shares if arrived[c] else new
-        log_weight, log_determinant = math.log(weights[c]), 0.0
-        for look in range(looks + 1):
-            if look == looks:  # the evidence is computed without these errors
-                for a in range(ERRORS):
-                    for b in range(ERRORS):
-                        spread[a, b] = 0.0
-            total, reach, placed, share, again = _linearize(
-                beams,
-                shape,
-                noise,
-                placements[c],
-                x,
-                prior,
-                spread,
-                kinds[c],
-                fresh,
-                repeated,
-                work,
-            )
-            expected = again if is_first else expected
-            total -= expected if arrived[c] else 0.0
-            now, unrefined = log_weight + total, total if look == 0 else unrefined
-            hopeless = (look == 0 and now < first - HOPELESS) or (
-                look == looks and now < likeliest - HOPELESS
-            )
-            if hopeless:
-                break
-            log_determinant = _posterior(prior, work)
-            if look < looks:
-                _step(mean, prior, x, pull, work)
-                for a in range(ERRORS):
-                    for b in range(ERRORS):
-                        spread[a, b] = work.right[a, b]
+        log_weight, unlikely = math.log(weights[c]), _unlikely(mean, precisions)
+        bounds = first - HOPELESS - log_weight, likeliest - HOPELESS - log_weight
+        total, unrefined, again, reach, share, placed, log_determinant = _refine(
+            beams,
+            shape,
+            noise,
+            placements[c],
+            mean,
+            prior,
+            precisions,
+            kinds[c],
+            fresh,
+            repeated,
+            (arrived[c], is_first, expected, *bounds),
+            looks,
+            work,
+        )
+        expected = again if is_first else expected
         is_first = False
         first = max(first, log_weight + unrefined)
         most = max(most, reach)
         log_evidence[c] = total
-        if hopeless:
+        if np.isnan(log_determinant):
             continue
-        log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, share, work)
+        log_evidence[c] += _set_posterior(mean, prior, log_determinant, share, work)
         kinds[c, HANDLE], kinds[c, GLASS] = work.kinds[HANDLE], work.kinds[GLASS]
         likeliest = max(likeliest, log_weight + log_evidence[c])
-        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, times, work)
+        _see_edges(beams, shape, noise.independence, mean, prior, placed, times, work)
+        log_evidence[c] -= (1.0 - share) * (_unlikely(mean, precisions) - unlikely)
     return most
 
 
