@@ -203,6 +203,8 @@ class DoorErrorSettings(Strict):
 
     hinge_std_m: ErrorM
     bearing_std_deg: ErrorDeg
+    # whether something stops the door at the limit farthest from closed; else none rests there
+    stop_is_known: bool = True
 
 
 class BuildingErrorSettings(Strict):
@@ -562,7 +564,12 @@ class Settings(Strict):
         model: type[ObjectSettings] = DoorSettings if default_class == "door" else FurnitureSettings
         if "dynamics" in chosen:
             chosen["dynamics"] = model().dynamics.model_dump() | chosen["dynamics"]
-        return parse_strict(model, chosen, f"settings of object '{name}'")
+        settings = parse_strict(model, chosen, f"settings of object '{name}'")
+        error = self.building_error.doors.get(name)
+        if "rest" in chosen or error is None or error.stop_is_known:
+            return settings
+        rest = DoorSettings().rest.model_copy(update={"open": 0.0})
+        return settings.model_copy(update={"rest": rest})
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -232,6 +232,20 @@ def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
     assert other == DoorSettings()
 
 
+def test_a_door_of_which_no_stop_is_known_rests_at_none(tmp_path: Path) -> None:
+    told = "building_error: {doors: {d: {hinge_std_m: 0.01, bearing_std_deg: 1, %s}}}"
+    known = loaded(tmp_path, told % "stop_is_known: true").for_object("d", "door")
+    unknown = loaded(tmp_path, told % "stop_is_known: false").for_object("d", "door")
+    given = loaded(
+        tmp_path, told % "stop_is_known: false" + "\nobjects: [{match: d, rest: {open: 0.4}}]"
+    ).for_object("d", "door")
+    assert isinstance(known, DoorSettings)
+    assert isinstance(unknown, DoorSettings)
+    assert isinstance(given, DoorSettings)
+    assert (known.rest.open, unknown.rest.open, given.rest.open) == (0.2, 0.0, 0.4)
+    assert unknown.rest.closed == known.rest.closed
+
+
 def test_patterns_tell_capitals_apart(tmp_path: Path) -> None:
     settings = loaded(tmp_path, "objects: [{match: 'Door*', prior_std_deg: 2}]")
     assert settings.for_object("door_01", "door") == DoorSettings()

@@ -102,7 +102,9 @@ def learn_doors(
 def _error(found: Candidate) -> DoorErrorSettings:
     """How far a door may be off."""
     return DoorErrorSettings(
-        hinge_std_m=found.hinge_deviation, bearing_std_deg=math.degrees(found.bearing_std)
+        hinge_std_m=found.hinge_deviation,
+        bearing_std_deg=math.degrees(found.bearing_std),
+        stop_is_known=found.door.slides or found.door.upper < math.pi,
     )
 
 

@@ -168,7 +168,8 @@ class Doorway:
         out = np.eye(len(self.states))
         if self.atoms:
             edges, limits = [0, self.cells - 1], [self.cells, self.cells + 1]
-            out[edges, edges], out[edges, limits] = 1.0 - LATCHES, LATCHES
+            latches = np.where(self.rest[limits] > 0.0, LATCHES, 0.0)  # not where no door rests
+            out[edges, edges], out[edges, limits] = 1.0 - latches, latches
         return out
 
     @lazy

@@ -255,6 +255,7 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
         each.name: DoorErrorSettings(
             hinge_std_m=max(_seen_std(each, building.objects[each.name]), LEAST_STD_M),
             bearing_std_deg=max(math.degrees(each.bearing_std), LEAST_STD_DEG),
+            stop_is_known=each.name not in error.doors or error.doors[each.name].stop_is_known,
         )
         for each in doors
     }

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.building.model import Mesh, MovableObject
-from objstate.config import BuildingErrorSettings, DoorSettings
+from objstate.config import BuildingErrorSettings, DoorSettings, Rest
 from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
 from objstate.objects import mixture as mixtures
@@ -277,6 +277,22 @@ def test_a_frame_before_a_closed_leaf_tells_nothing_of_the_leaf(
     for _ in range(10):
         mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, precise, shape(leaf()))
     assert mixture.resting[doorway().cells] > 0.9
+
+
+def test_no_door_latches_where_nothing_stops_it() -> None:
+    """The door swings for a second somewhere near its upper limit."""
+    latched = []
+    for rest in (Rest(), Rest(open=0.0)):
+        way = Doorway(leaf(), DoorSettings(rest=rest), ERROR)
+        mixture = DoorMixture.unknown(way, STATICS)
+        moving = np.full(len(way.states), 1e-9)
+        moving[way.cells - 1] = 1.0
+        mixture = mixture.weighed(np.full(len(way.states), 1e-9), moving)
+        latched.append(mixture.later(1.0, *ANEW).resting[way.cells :])
+    (at_zero, at_stop), (still_at_zero, nowhere) = latched
+    assert at_stop > 0.01
+    assert nowhere < 1e-8
+    assert math.isclose(at_zero, still_at_zero, rel_tol=1e-6)
 
 
 @pytest.mark.parametrize("pose", [(-2.4, -0.85, 0.3), (-1.2, -0.4, 0.3)])
