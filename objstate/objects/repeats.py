@@ -20,7 +20,7 @@ from objstate.linear import ROOT_TAU
 LENGTH = 0.05  # m along a surface, from which on its deviations are independent
 SHIFT = 0.01  # m; deviation of ranges to the same surface from pose to pose
 BENT = 0.5  # deviation of a surface between two points, as a share of their distance
-REPEATS = 0.8  # probability that the surface of the last scan is still there
+REPEATS = 0.98  # probability that the surface of the last scan is still there
 ANYWHERE = 1.0  # 1/m, density of a range to another one
 CLOSEST = 1e-9  # m
 

@@ -41,6 +41,13 @@ def test_a_surface_that_moved_counts_again() -> None:
     assert scans(wall(2.0), wall(2.5)).times == pytest.approx(1.0, abs=1e-3)
 
 
+def test_the_tail_of_the_noise_is_no_other_surface() -> None:
+    """A reading that is 2.5 deviations off a surface which was met in ten scans."""
+    last = wall(2.0)
+    last[30] += 2.5 * np.sqrt(2.0 * VARIANCE)
+    assert scans(*[wall(2.0)] * 10, last).times[30] > 9.0
+
+
 @pytest.mark.parametrize("step_deg", [0.5, 1.0, 2.0])
 def test_a_surface_is_the_same_to_a_laser_whose_beams_meet_it_elsewhere(step_deg: float) -> None:
     """Every other scan uses the beams between those of the last one, and ranges have noise."""
