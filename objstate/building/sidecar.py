@@ -60,7 +60,10 @@ def sidecar_of(error: BuildingErrorSettings) -> str:
     words = error.model_dump(exclude_unset=True)
     words["wall_std_m"] = round(error.wall_std_m, 4)
     words["doors"] = {
-        name: {key: round(value, 4) for key, value in own.model_dump(exclude_defaults=True).items()}
+        name: {
+            key: round(value, 4) if isinstance(value, float) else value
+            for key, value in own.model_dump(exclude_defaults=True).items()
+        }
         for name, own in error.doors.items()
     }
     return _text(words, " Learnt from drives.")
