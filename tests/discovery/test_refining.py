@@ -200,7 +200,7 @@ def test_it_goes_on_from_what_it_knows(
         # drives that saw a leaf at few angles tell where it is, and less of its hinge
         assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=one["hinge_std_m"])
         closed = [np.add(each["hinge_m"], each["leaf_m"]) for each in (one, other)]
-        assert closed[0] == pytest.approx(closed[1], abs=0.003)
+        assert closed[0] == pytest.approx(closed[1], abs=0.004)
         assert one["bearing_deg"] == pytest.approx(
             other["bearing_deg"], abs=0.5 * one["bearing_std_deg"]
         )
