@@ -564,12 +564,12 @@ class Settings(Strict):
         model: type[ObjectSettings] = DoorSettings if default_class == "door" else FurnitureSettings
         if "dynamics" in chosen:
             chosen["dynamics"] = model().dynamics.model_dump() | chosen["dynamics"]
-        settings = parse_strict(model, chosen, f"settings of object '{name}'")
+        own = parse_strict(model, chosen, f"settings of object '{name}'")
         error = self.building_error.doors.get(name)
-        if "rest" in chosen or error is None or error.stop_is_known:
-            return settings
-        rest = DoorSettings().rest.model_copy(update={"open": 0.0})
-        return settings.model_copy(update={"rest": rest})
+        has_stop = "rest" in chosen or error is None or error.stop_is_known
+        if has_stop or not isinstance(own, DoorSettings):
+            return own
+        return own.model_copy(update={"rest": own.rest.model_copy(update={"open": 0.0})})
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -33,12 +33,6 @@ Examples:
 
 RUN = "run.json"  # that shows a result's folder
 BUILDING_ENDINGS = (".urdf", ".xacro")
-LOG_ENDINGS = (
-    ".mcap",
-    ".bag",
-    ".db3",
-    ".zstd",
-)  # of a bag's folder, in which a URDF may lie as well
 BYTES_TO_TELL = 256  # bytes from a file's start that show whether it is XML
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
@@ -117,9 +111,13 @@ def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> No
 
 def _is_building(path: Path) -> bool:
     """Whether a file is XML by its first bytes, or called a building; or a folder holds such."""
-    if path.is_dir():
+    if path.is_dir():  # a URDF may lie in a bag's folder as well
+        from objstate.logs.containers import ENDINGS
+        from objstate.logs.rosbag2 import STORAGE_NAMES
+
         endings = {each.suffix for each in path.iterdir()}
-        return not endings.isdisjoint(BUILDING_ENDINGS) and endings.isdisjoint(LOG_ENDINGS)
+        of_logs = endings.intersection((*ENDINGS, *STORAGE_NAMES))
+        return not of_logs and not endings.isdisjoint(BUILDING_ENDINGS)
     if not path.is_file():
         return path.suffix in BUILDING_ENDINGS
     with path.open("rb") as file:

@@ -68,8 +68,8 @@ def survey(
 ) -> Survey:
     """Read the log's beginning, and on until each awaited topic has spoken.
 
-    A drive that ``goes_on`` isn't read on. Transforms of the beginning go into the tree of ``mountings``. Lasers that first speak after
-    ``end``, as users give it, are left out.
+    A drive that ``goes_on`` isn't read on. Transforms of the beginning go into the tree of
+    ``mountings``. Lasers that first speak after ``end``, as users give it, are left out.
     """
     found, beginnings, in_beginning = Survey(), Beginnings(messages.awaited(roles.telling)), True
     for message in messages.messages(roles.telling):

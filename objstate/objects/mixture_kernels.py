@@ -755,14 +755,14 @@ def _refine(
     ``against`` has whether the object just arrived in the component, whether it is the first one,
     the log-likelihood of what is repeated in the first one, with which arrivals are compared, and
     the least log-likelihoods, before and after the steps, from which on the component counts.
-    Returned are the log-likelihood, that before the steps, that of what is repeated, the number of
-    beams that reach the object, the share of the information that is fresh, the placement, and
-    log |1 + prior information|, NaN for a component that doesn't count.
+    Returned are the log-likelihood, that before the steps, that with which arrivals are compared,
+    the number of beams that reach the object, the share of the information that is fresh, the
+    placement, and log |1 + prior information|, NaN for a component that doesn't count.
     """
     is_new, is_first, expected, least_before, least_after = against
     x, pull, spread = work.x, work.pull, work.spread
     x[:], spread[:] = mean, prior
-    total, unrefined, again, reach, share = 0.0, 0.0, 0.0, 0, 1.0
+    total, unrefined, reach, share = 0.0, 0.0, 0, 1.0
     placed, log_determinant, at_mean, scale = (1.0, 0.0, 0.0, 0.0), np.nan, 0.0, 1.0
     for look in range(looks + HALVINGS + 3):
         if look == looks:
@@ -799,7 +799,7 @@ def _refine(
             scale = 0.5 if look <= looks + HALVINGS else 0.0
             for a in range(ERRORS):
                 x[a], pull[a] = mean[a] + scale * (x[a] - mean[a]), scale * pull[a]
-    return total, unrefined, again, reach, share, placed, log_determinant
+    return total, unrefined, expected, reach, share, placed, log_determinant
 
 
 @_inner
@@ -893,7 +893,7 @@ def condition(
         fresh = shares if arrived[c] else new
         log_weight, unlikely = math.log(weights[c]), _unlikely(mean, precisions)
         bounds = first - HOPELESS - log_weight, likeliest - HOPELESS - log_weight
-        total, unrefined, again, reach, share, placed, log_determinant = _refine(
+        total, unrefined, expected, reach, share, placed, log_determinant = _refine(
             beams,
             shape,
             noise,
@@ -908,7 +908,6 @@ def condition(
             looks,
             work,
         )
-        expected = again if is_first else expected
         is_first = False
         first = max(first, log_weight + unrefined)
         most = max(most, reach)
