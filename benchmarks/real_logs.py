@@ -113,8 +113,8 @@ def localize(drive: Drive) -> Iterator[str]:
         yield from fit(log, urdf, path)
         for state in latest_states(read_estimates(out), lost=result.lost_ns):
             e = state.estimate
-            mean, lower, upper = np.degrees([e.mean, e.lower, e.upper])
-            yield f"{e.object}: {mean:.1f} deg ({lower:.1f} to {upper:.1f})"
+            value, lower, upper = np.degrees([e.median, e.lower, e.upper])
+            yield f"{e.object}: {value:.1f} deg ({lower:.1f} to {upper:.1f})"
     if drive.reference is not None:
         errors = compare_paths(path, reference_path(log, drive.reference))
         p, t = errors.position, errors.yaw

@@ -279,6 +279,7 @@ def beam_noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kern
         1.0 - 1.0 / s.short_run if unexpected > 0.0 else 0.0,
         s.lambda_short,
         s.short_std,
-        vantage.independence,
+        vantage.independence.both,
+        vantage.independence.beams,
         EDGE_SHARE,
     )

@@ -211,7 +211,9 @@ class Robot:
         robot, beams = sight.robot, sight.valid
         objects = self._scenery.objects(sight, beams)
         log_likelihood = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
-        weights, _ = robot.weights.reweight(pose.independence(sight.scan.laser) * log_likelihood)
+        weights, _ = robot.weights.reweight(
+            pose.independence(sight.scan.laser).both * log_likelihood
+        )
         return PoseBelief(robot.poses, weights)
 
     # --- p(l | o_k) by samples ------------------------------------------------------

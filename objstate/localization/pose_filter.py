@@ -77,6 +77,23 @@ class RangeNoise(NamedTuple):
     slant: float
 
 
+class Independence(NamedTuple):
+    """Exponents on the likelihood of a beam, for errors that are correlated.
+
+    Errors of a beam are correlated with those of the same beam in the previous scan and of its
+    neighbours where walls are rough, or rougher than modelled. Of a Markov chain with correlation
+    c, n errors carry as much information as n (1 - c) / (1 + c) independent ones.
+    """
+
+    beams: float  # for correlations between neighbours
+    scans: float  # with the previous scan
+
+    @property
+    def both(self) -> float:
+        """The number of independent errors for each beam."""
+        return self.beams * self.scans
+
+
 class Vantage(NamedTuple):
     """The origins and directions of a scan's beams, at the mean pose and mounting."""
 
@@ -85,7 +102,7 @@ class Vantage(NamedTuple):
     directions: FloatArray  # (n, 2) unit vectors
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
     noise: RangeNoise
-    independence: float = 1.0  # exponent on the likelihood of a beam, for dependent errors
+    independence: Independence = Independence(1.0, 1.0)
     bias: float = 0.0  # m by which ranges are too long
     jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter
     shared: FloatArray = NO_STATE.T  # (m, 3) covariance of the state with that pose
@@ -147,7 +164,7 @@ class PoseFilter:
         self._learnt = learnt
         self._noise = dict(learnt.noise)
         # noise and independence that these sums give
-        self._known_noise: dict[str, tuple[RangeNoise, float]] = {}
+        self._known_noise: dict[str, tuple[RangeNoise, Independence]] = {}
         self._residuals: dict[str, FloatArray] = {}  # (n,) of each laser's last scan
         self._append(np.zeros(2), (SHIFTED * self.wall_std) ** 2 * np.eye(2))
 
@@ -238,16 +255,11 @@ class PoseFilter:
         """The noise of a laser's ranges: weighted least squares of squared errors so far."""
         return self._noises(laser)[0]
 
-    def independence(self, laser: str) -> float:
-        """Number of independent errors for each beam of a laser.
-
-        Errors of a beam are correlated with those of the same beam in the previous scan and of its
-        neighbours where walls are rough, or rougher than modelled. Of a Markov chain with
-        correlation c, n errors carry as much information as n (1 - c) / (1 + c) independent ones.
-        """
+    def independence(self, laser: str) -> Independence:
+        """How independent the errors of a laser's beams are, by correlations so far."""
         return self._noises(laser)[1]
 
-    def _noises(self, laser: str) -> tuple[RangeNoise, float]:
+    def _noises(self, laser: str) -> tuple[RangeNoise, Independence]:
         if laser not in self._known_noise:
             sums = self._noise.get(laser, np.zeros(FIT + 4))
             self._known_noise[laser] = self._noise_of(sums[:FIT]), _independence(sums[FIT:])
@@ -406,7 +418,7 @@ class PoseFilter:
             STANDING,
             *self.range_noise(scan.laser),
             self.wall_std**2,
-            self.independence(scan.laser),
+            self.independence(scan.laser).both,
         )
 
     # --- the state's parts ----------------------------------------------------------
@@ -566,14 +578,13 @@ class _Taken(NamedTuple):
         return np.asarray(errors - self.gain @ errors[self.told])
 
 
-def _independence(sums: FloatArray) -> float:
-    """Correlations with the previous scan and with neighbours, from sums (4,)."""
-    out = 1.0
-    for products, squares in sums.reshape(-1, 2).tolist():
-        together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
-        together = min(max(together, 0.0), MOST_TOGETHER)
-        out *= (1.0 - together) / (1.0 + together)
-    return out
+def _independence(sums: FloatArray) -> Independence:
+    """By sums (4,) of products with the previous scan and with neighbours, and of squares."""
+    products, squares = sums[::2], sums[1::2]
+    together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
+    together = together.clip(0.0, MOST_TOGETHER)
+    scans, beams = ((1.0 - together) / (1.0 + together)).tolist()
+    return Independence(beams, scans)
 
 
 def _heading(pose: FloatArray) -> tuple[float, float]:

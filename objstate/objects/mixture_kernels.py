@@ -60,7 +60,7 @@ class Beams(NamedTuple):
     blur: FloatArray  # (n,) m^2, the variance of the background
 
 
-@record("noise", "f f f f f f f f f f f f f")
+@record("noise", "f f f f f f f f f f f f f f")
 class Noise(NamedTuple):
     """The beam model, given the expected range; see ``objstate.likelihood``."""
 
@@ -76,6 +76,7 @@ class Noise(NamedTuple):
     decay: float  # 1/m, decrease of unexpected things with distance
     run_std: float  # m by which ranges to one unexpected thing differ from beam to beam
     independence: float  # exponent on the likelihood of a beam, for dependent errors
+    in_scan: float  # the same in the evidence, for errors that are dependent within a scan
     edge: float  # share of beams beside an edge that meet the other surface, and of mixed ones
 
 
@@ -585,7 +586,7 @@ def _linearize(
         for b in range(a):
             information[b, a] = information[a, b]
     share = freshly / all_told if all_told > 0.0 else 1.0
-    return noise.independence * total, reach, placed, share, noise.independence * again
+    return noise.in_scan * total, reach, placed, share, noise.in_scan * again
 
 
 @_inner

@@ -57,7 +57,7 @@ def doorway() -> Doorway:
     return Doorway(leaf(), DoorSettings(), ERROR)
 
 
-def noise(independence: float = 1.0) -> Noise:
+def noise(independence: float = 1.0, in_scan: float | None = None) -> Noise:
     return Noise(
         0.8,
         0.15 / RANGE_MAX,
@@ -71,6 +71,7 @@ def noise(independence: float = 1.0) -> Noise:
         0.5,
         0.1,
         independence,
+        independence if in_scan is None else in_scan,
         0.1,
     )
 
@@ -497,6 +498,17 @@ def test_errors_that_go_together_tell_less() -> None:
     free, _ = start.given(LASER, beams, noise(), shape(leaf()))
     bound, _ = start.given(LASER, beams, noise(0.1), shape(leaf()))
     assert belief(bound)[1] > belief(free)[1]
+
+
+def test_errors_that_repeat_from_scan_to_scan_count_once_in_the_evidence() -> None:
+    """How often a surface was met is in the evidence already."""
+    closed = []
+    for each in (noise(), noise(0.05, 1.0), noise(0.05)):
+        mixture = DoorMixture.unknown(doorway(), STATICS).later(0.1, *ANEW)
+        closed.append(mixture.given(LASER, read(0.0), each, shape(leaf()))[0])
+    independent, repeating, dependent = (float(each.weights[doorway().cells]) for each in closed)
+    assert repeating == pytest.approx(independent, abs=0.05)
+    assert dependent < independent - 0.1
 
 
 def test_no_beam_reaches_a_door_behind_something() -> None:
