@@ -20,7 +20,7 @@ from objstate.estimator.robot import TIGHT_M, TIGHT_RAD, Robot
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
-from objstate.estimator.start import Start
+from objstate.estimator.start import Start, check_seed
 from objstate.estimator.thinning import NEVER_NS, Thinning
 from objstate.estimator.width import Limit, TooWide
 from objstate.geometry import BoolArray, FloatArray
@@ -51,7 +51,7 @@ class Estimator:
 
     Raises:
         SettingsError: settings that contradict each other, an object's joint, or the samples of
-            its belief; an initial pose or a robot belief that is none.
+            its belief; a seed, an initial pose or a robot belief that is none.
         BuildingError: beliefs about an object that the building doesn't have, or about another
             one than their name says.
         TypeError: a building or settings that aren't loaded, beliefs that aren't given by name.
@@ -73,6 +73,7 @@ class Estimator:
         check_building(building)
         settings = Settings() if settings is None else settings
         check_settings(settings)
+        check_seed(seed)
         if belief not in ("own", "recorded"):
             raise SettingsError(f"The robot belief '{belief}' is unknown; give own or recorded.")
         self.building = building

@@ -17,18 +17,20 @@ from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
 class Start:
     """The robot's start: a pose that the caller gives, else the log's.
 
-    Raises SettingsError for a pose that is none, and where one is given for a robot that may be
-    anywhere.
+    Raises SettingsError for a pose that is none, where one is given for a robot that may be
+    anywhere, and where it isn't said by True or False whether it may be.
     """
 
     def __init__(self, robot: Robot, pose: FloatArray | None, *, is_global: bool) -> None:
+        if not isinstance(is_global, (bool, np.bool_)):
+            raise SettingsError(f"global_start is {is_global!r}; give True or False.")
         self._robot = robot
         self._is_given = pose is not None or is_global
         self.warnings: list[str] = []
         if pose is not None:
             if is_global:
                 raise SettingsError("--initial-pose and --global exclude each other; give one.")
-            robot.start(_checked(pose))
+            robot.start(checked_pose(pose))
 
     def take(
         self, record: InitialPose | GaussianRobotBelief | RobotBelief, monitor: Monitor
@@ -48,7 +50,14 @@ class Start:
         monitor.restart(record.stamp_ns, is_start=is_start)
 
 
-def _checked(pose: FloatArray) -> FloatArray:
+def check_seed(seed: object) -> None:
+    """Raise SettingsError for what seeds no random numbers."""
+    if not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise SettingsError(f"The seed {seed!r} is none; give a whole number, 0 or more.")
+
+
+def checked_pose(pose: FloatArray) -> FloatArray:
+    """The pose (3,) of a start; raises SettingsError for what is none."""
     values = np.asarray(pose)
     if not are_finite(values, (3,)):
         raise SettingsError(

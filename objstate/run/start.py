@@ -6,6 +6,7 @@ import numpy as np
 
 from objstate.building.model import Building
 from objstate.errors import BuildingError, SettingsError
+from objstate.estimator.start import checked_pose
 from objstate.geometry import FloatArray
 from objstate.run.options import RunOptions
 
@@ -16,16 +17,18 @@ FARTHEST_START = 1000.0
 def check_start(options: RunOptions, building: Building) -> None:
     """Refuse a start from which nothing can be localized.
 
-    Raises SettingsError for a pose far from the building, BuildingError where there
-    is no building to search.
+    Raises SettingsError for a pose that is none or far from the building, BuildingError where
+    there is no building to search.
     """
     if options.global_start and not len(building.walls.vertices):
         raise BuildingError(
             "--global needs walls to search between, and the building has none; give "
             "--initial-pose X,Y,YAW, or the root link some walls."
         )
-    pose = options.initial_pose
-    if pose is not None and _distance(pose, building) > FARTHEST_START:
+    if options.initial_pose is None:
+        return
+    pose = checked_pose(options.initial_pose)
+    if _distance(pose, building) > FARTHEST_START:
         raise SettingsError(
             f"The start {_place(pose)} is more than {FARTHEST_START:g} m away from the building, "
             f"{_span(building)}; give --initial-pose in metres, in the building's frame."

@@ -463,6 +463,18 @@ def test_a_start_that_is_no_pose_is_refused(pose: Any) -> None:
         Estimator(CORRIDOR, initial_pose=pose)
 
 
+@pytest.mark.parametrize("seed", ["0", -1, 1.5, None])
+def test_a_seed_that_is_none_is_refused(seed: Any) -> None:
+    with pytest.raises(SettingsError, match="give a whole number, 0 or more"):
+        Estimator(CORRIDOR, seed=seed)
+
+
+def test_a_start_anywhere_is_said_by_true_or_false() -> None:
+    said: Any = "no"
+    with pytest.raises(SettingsError, match="global_start is 'no'; give True or False"):
+        Estimator(CORRIDOR, global_start=said)
+
+
 def test_another_robot_belief_than_the_known_ones_is_refused() -> None:
     misspelt: Any = "recoded"
     with pytest.raises(SettingsError, match="'recoded' is unknown; give own or recorded"):

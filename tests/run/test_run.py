@@ -183,6 +183,13 @@ def test_a_start_outside_the_building_is_doubted(
     assert any("outside the building" in warning for warning in result.warnings) == doubt
 
 
+def test_a_start_that_is_text_is_refused(tmp_path: Path) -> None:
+    text: Any = "0,0,0"
+    building, told = hall(tmp_path), RunOptions(initial_pose=text)
+    with pytest.raises(SettingsError, match="give x, y in metres and yaw in radians"):
+        estimate_log([recorded(tmp_path)], building, tmp_path / "out", told)
+
+
 @pytest.mark.parametrize("x", [1e5, -1e300])
 def test_a_start_far_beyond_the_building_is_refused(tmp_path: Path, x: float) -> None:
     building = hall(tmp_path)
