@@ -157,10 +157,11 @@ class Bank(Generic[Kept]):
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
         """(from, to) ns of each interval in which the robot was probably lost, up to now.
 
-        One that began later, with a start that was told since, has no length yet.
+        Intervals don't hold their end: one that goes on ends just after now. One that began later,
+        with a start that was told since, has no length yet.
         """
         since_ns = self.lost_since_ns
-        return (*self._past, *([] if since_ns is None else [(since_ns, max(since_ns, now_ns))]))
+        return (*self._past, *([] if since_ns is None else [(since_ns, max(since_ns, now_ns + 1))]))
 
     @property
     def probabilities(self) -> tuple[float, ...]:

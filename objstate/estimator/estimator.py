@@ -147,8 +147,16 @@ class Estimator:
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
-        """Offsets (2,) m of hinges that are significantly off the model, by door."""
-        return self._joint.hung_elsewhere
+        """Offsets (2,) m of hinges that are significantly off the model, by door.
+
+        Not of doors that were seen last by a robot that was probably lost.
+        """
+        marginals, off = self._believed.marginals, self._joint.hung_elsewhere
+        return {name: off[name] for name in off if not self._was_lost(marginals[name].stamp_ns)}
+
+    def _was_lost(self, stamp_ns: int | None) -> bool:
+        lost = self.lost
+        return stamp_ns is not None and any(begin <= stamp_ns < end for begin, end in lost)
 
     @property
     def histories(self) -> dict[str, History]:

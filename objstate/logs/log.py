@@ -155,10 +155,10 @@ def check_by_frame(**given: object) -> None:
 
 def _check_span(start: float | None, end: float | None) -> None:
     for name, seconds in (("start", start), ("end", end)):
-        if seconds is not None and not (_is_finite(seconds) and seconds < LATEST):
+        if seconds is not None and not (_is_finite(seconds) and 0.0 <= seconds < LATEST):
             raise LogError(
-                f"The {name} of what is read is {seconds!r}; give seconds from the log's start, or "
-                "since 1970. Nanoseconds are divided by 1e9."
+                f"The {name} of what is read is {seconds!r}; give seconds from the log's start, 0 "
+                "or more, or since 1970. Nanoseconds are divided by 1e9."
             )
     if start is not None and end is not None and end < start and _are_alike(start, end):
         raise LogError(f"The end, {end:g} s, is before the start, {start:g} s; exchange them.")

@@ -124,7 +124,7 @@ def test_a_robot_that_is_found_where_odometry_leads_was_never_elsewhere() -> Non
     assert left is not None
     assert (left.since_ns, left.kept) == (4 * SECOND, "before")
     bank.follow(found(9.0), 0, left.kept, left.since_ns)
-    assert bank.stretches(9 * SECOND) == ((4 * SECOND, 9 * SECOND),)
+    assert bank.stretches(9 * SECOND) == ((4 * SECOND, 9 * SECOND + 1),)
     assert {each.stamp_ns < 4 * SECOND for each in bank.moments} == {True}
 
 

@@ -13,6 +13,7 @@ from objstate.building.model import Mesh
 from objstate.config import SearchSettings
 from objstate.errors import BuildingError
 from objstate.estimator import Estimator
+from objstate.estimator.joint import JointUpdate
 from objstate.estimator.monitor import MOMENT_S
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.records import Estimate, InitialPose, Odometry, RobotBelief, Scan
@@ -108,6 +109,28 @@ def test_a_robot_that_may_be_anywhere_is_lost_until_it_is_found() -> None:
     assert estimator.robot is not None
     assert abs(wrap(estimator.robot.mean[2] - end[2])) < np.radians(3.0)
     assert len(estimator.lost) == 1
+
+
+def test_a_lost_robot_was_lost_at_the_last_record_too() -> None:
+    estimator, driven = Estimator(CORRIDOR, global_start=True), drive(0, 1.0)
+    for record in driven.records[:4]:
+        estimator.feed(record)
+        begin, end = estimator.lost[-1]
+        assert estimator.is_lost
+        assert begin <= record.stamp_ns < end
+
+
+def test_what_a_lost_robot_saw_tells_of_no_hinge(monkeypatch: pytest.MonkeyPatch) -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    for record in drive(0, KIDNAPPED_S).records:
+        estimator.feed(record)
+    seen = {name for name, each in estimator.objects.items() if each.stamp_ns is not None}
+    off = dict.fromkeys(seen, np.array([0.1, 0.0]))
+    monkeypatch.setattr(JointUpdate, "hung_elsewhere", property(lambda _: off))
+    assert seen
+    assert estimator.hung_elsewhere == off
+    monkeypatch.setattr(Estimator, "lost", property(lambda _: ((0, 10**19),)))
+    assert estimator.hung_elsewhere == {}
 
 
 def test_a_drive_without_kidnapping_is_never_lost() -> None:

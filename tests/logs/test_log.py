@@ -372,7 +372,7 @@ def test_start_and_end_count_from_the_start_or_are_calendar_times(
 
 
 @pytest.mark.parametrize("limit", ["start", "end"])
-@pytest.mark.parametrize("seconds", [math.nan, math.inf, "5", 1_700_000_000 * 10**9])
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, -5.0, "5", 1_700_000_000 * 10**9])
 def test_a_start_or_end_that_is_no_number_of_seconds_is_refused(
     limit, seconds, drive, tmp_path
 ) -> None:
