@@ -281,6 +281,7 @@ class FurnitureMixture:
         best = [1 + int(np.argmax(self.weights[1:]))]
         once, reached = np.ones(len(beams.measured)), 0
         arrived = np.zeros(len(means), dtype=bool)
+        adjoined = np.zeros((len(means), len(shape.corners)), dtype=np.int64)
         for part in (slice(None), best):
             reached = kernels.condition(
                 beams,
@@ -289,6 +290,7 @@ class FurnitureMixture:
                 once,
                 once,
                 arrived[part],
+                adjoined[part],
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),
                 kernels.FLAT,

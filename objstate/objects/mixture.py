@@ -134,6 +134,12 @@ class Doorway:
         return out
 
     @lazy
+    def closed(self) -> IntArray:
+        """(c + o,) 1 for components at the limit that the model shows, and next to it; else 0."""
+        near = np.abs(self.middles - self.item.home[0]) < 1.5 * self.cell
+        return np.asarray(near, dtype=np.int64)
+
+    @lazy
     def turn(self) -> float:
         """Turn of the leaf in the building for each unit of the state."""
         return math.copysign(1.0, self.item.direction[2]) if self._hinged else 0.0
@@ -496,9 +502,10 @@ class DoorMixture:
         shares = np.concatenate([weights, FORGETS * weights[anew]])
         shares[anew] *= 1.0 - FORGETS
         log_evidence = np.full(len(means), -np.inf)
-        placements = self.door.placements
+        placements, closed = self.door.placements, self.door.closed
         if len(anew):
             placements = np.concatenate([placements, placements[anew]])
+            closed = np.concatenate([closed, closed[anew]])
         arrived = np.zeros(len(means), dtype=bool)
         arrived[anew], arrived[len(weights) :] = True, True
         reached = kernels.condition(
@@ -508,6 +515,7 @@ class DoorMixture:
             repeats.shares(ends),
             ends.times,
             arrived,
+            np.outer(closed, shape.adjoined),
             placements,
             shares,
             static_precisions(self.door, self.statics),

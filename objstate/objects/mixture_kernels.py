@@ -80,7 +80,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the other surface, and of mixed ones
 
 
-@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2")
+@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2 i1")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -93,6 +93,7 @@ class Shape(NamedTuple):
     slide: FloatArray  # (2,) m of motion in the building for each unit of the state
     handle: FloatArray  # (h, 4) m, segments of what may stick out of it, in the same frame
     handle_normals: FloatArray  # (h, 2)
+    adjoined: IntArray  # (m,) 1 for corners that another closed leaf adjoins in the home state
 
 
 class Work(NamedTuple):
@@ -819,7 +820,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f1 f1 b1 f2 f1 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f1 b1 i2 f2 f1 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -828,6 +829,7 @@ def condition(
     shares: FloatArray,
     times: FloatArray,
     arrived: BoolArray,
+    adjoined: IntArray,
     placements: FloatArray,
     weights: FloatArray,
     precisions: FloatArray,
@@ -848,7 +850,8 @@ def condition(
 
     Beams count by ``shares`` (n,) over how many ``times`` (n,) their surface was met. In components
     that the object just ``arrived`` in (c,), what they count less also counts, relative to the
-    heaviest component: readings that repeat earlier ones speak against a movement.
+    heaviest component: readings that repeat earlier ones speak against a movement. Corners that
+    another leaf may adjoin there, ``adjoined`` (c, m), are flanked.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -890,7 +893,7 @@ def condition(
         for a in range(ERRORS):
             wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
-        work.flanked[:] = 0
+        work.flanked[:] = adjoined[c]
         fresh = shares if arrived[c] else new
         log_weight, unlikely = math.log(weights[c]), _unlikely(mean, precisions)
         bounds = first - HOPELESS - log_weight, likeliest - HOPELESS - log_weight
