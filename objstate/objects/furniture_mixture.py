@@ -280,8 +280,7 @@ class FurnitureMixture:
         kinds = np.zeros((len(means), len(kernels.KINDS)))  # neither handles nor glass
         best = [1 + int(np.argmax(self.weights[1:]))]
         once, reached = np.ones(len(beams.measured)), 0
-        arrived = np.zeros(len(means), dtype=bool)
-        adjoined = np.zeros((len(means), len(shape.corners)), dtype=np.int64)
+        neither = np.zeros(len(means), dtype=bool)  # just arrived, nor closed
         for part in (slice(None), best):
             reached = kernels.condition(
                 beams,
@@ -289,8 +288,8 @@ class FurnitureMixture:
                 noise,
                 once,
                 once,
-                arrived[part],
-                adjoined[part],
+                neither[part],
+                neither[part],
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),
                 kernels.FLAT,

@@ -20,7 +20,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doorframe import BearingReading
@@ -134,10 +134,9 @@ class Doorway:
         return out
 
     @lazy
-    def closed(self) -> IntArray:
-        """(c + o,) 1 for components at the limit that the model shows, and next to it; else 0."""
-        near = np.abs(self.middles - self.item.home[0]) < 1.5 * self.cell
-        return np.asarray(near, dtype=np.int64)
+    def closed(self) -> BoolArray:
+        """(c + o,) which components are the limit that the model shows, or next to it."""
+        return np.asarray(np.abs(self.middles - self.item.home[0]) < 1.5 * self.cell)
 
     @lazy
     def turn(self) -> float:
@@ -515,7 +514,7 @@ class DoorMixture:
             repeats.shares(ends),
             ends.times,
             arrived,
-            np.outer(closed, shape.adjoined),
+            closed,
             placements,
             shares,
             static_precisions(self.door, self.statics),

@@ -820,7 +820,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f1 f1 b1 i2 f2 f1 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f1 b1 b1 f2 f1 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -829,7 +829,7 @@ def condition(
     shares: FloatArray,
     times: FloatArray,
     arrived: BoolArray,
-    adjoined: IntArray,
+    closed: BoolArray,
     placements: FloatArray,
     weights: FloatArray,
     precisions: FloatArray,
@@ -850,8 +850,8 @@ def condition(
 
     Beams count by ``shares`` (n,) over how many ``times`` (n,) their surface was met. In components
     that the object just ``arrived`` in (c,), what they count less also counts, relative to the
-    heaviest component: readings that repeat earlier ones speak against a movement. Corners that
-    another leaf may adjoin there, ``adjoined`` (c, m), are flanked.
+    heaviest component: readings that repeat earlier ones speak against a movement. Where the
+    object is ``closed`` (c,), corners that another leaf adjoins are flanked.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -893,7 +893,9 @@ def condition(
         for a in range(ERRORS):
             wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
-        work.flanked[:] = adjoined[c]
+        work.flanked[:] = 0
+        if closed[c]:
+            work.flanked[:] = shape.adjoined
         fresh = shares if arrived[c] else new
         log_weight, unlikely = math.log(weights[c]), _unlikely(mean, precisions)
         bounds = first - HOPELESS - log_weight, likeliest - HOPELESS - log_weight

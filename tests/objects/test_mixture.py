@@ -370,7 +370,7 @@ def log_evidence_of_closed(beams: Beams) -> float:
         np.ones(len(beams.measured)),
         np.ones(len(beams.measured)),
         np.zeros(1, dtype=bool),
-        np.zeros((1, 4), dtype=np.int64),
+        np.zeros(1, dtype=bool),
         closed,
         np.ones(1),
         FLAT,
@@ -395,7 +395,7 @@ def conditioned(
         np.ones(count),
         np.full(count, times),
         np.zeros(1, dtype=bool),
-        np.zeros((1, 4), dtype=np.int64),
+        np.zeros(1, dtype=bool),
         way.placements[component][None],
         np.ones(1),
         static_precisions(way, WIDE_STATICS),
@@ -429,7 +429,7 @@ def test_no_step_makes_the_errors_less_probable(
     at_mode = conditioned(beams, component, mode, 1e-12 * np.eye(ERRORS), times)[2]
     off, known = (mode - mean)[STATE:OBSERVED], covariance[STATE:OBSERVED, STATE:OBSERVED]
     paid = 0.5 * float(off @ np.linalg.solve(known, off))
-    assert at_mode - paid / times > at_mean - 5.0  # edges are taken in afterwards
+    assert at_mode - paid / times > at_mean - 5.0  # the last step and edges aren't checked
 
 
 def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
