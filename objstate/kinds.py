@@ -11,11 +11,12 @@ HEAD = 4096  # bytes read to recognize a file
 LOG, BUILDING, MAP, IMAGE = "a log", "a building (URDF)", "a map (YAML)", "an image"
 TRUTH, DOORS, PATH = "a table of true states", "a table of doors", "a path (TUM)"
 SCENE, RESULT, BATCH = "a scene", "a result of `objstate estimate`", "a batch"
+DATABASE = "a database (a log of rosbag2, or a world)"
 
 MAGIC = {
     b"\x89MCAP0": f"{LOG} (MCAP)",
     b"#ROSBAG V": f"{LOG} (rosbag1)",
-    b"SQLite format 3": "a database (a log of rosbag2, or a world)",
+    b"SQLite format 3": DATABASE,
     b"\x89PNG": IMAGE,
     b"P2\n": IMAGE,
     b"P5\n": IMAGE,
@@ -55,9 +56,14 @@ def kind_of(path: str | Path) -> str | None:
 def instead(path: str | Path, wanted: str) -> str | None:
     """A sentence that says what a file is, if that is known and not what was wanted."""
     kind = kind_of(path)
-    if kind is None or kind == wanted or kind.startswith(f"{wanted} ("):
+    if kind is None or is_a(kind, wanted):
         return None
     return f"{path} is {kind}, not {wanted}; were two arguments exchanged?"
+
+
+def is_a(kind: str, wanted: str) -> bool:
+    """Whether a kind that ``kind_of`` tells is another one, or a sort of it."""
+    return kind == wanted or kind.startswith(f"{wanted} (")
 
 
 def other_separator(header: str, columns: Collection[str]) -> str | None:

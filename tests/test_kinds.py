@@ -79,6 +79,8 @@ def test_what_is_wanted_or_unknown_is_not_told(files: dict[str, Path], tmp_path:
         ("evaluate {log} --truth {truth}", "is a log (MCAP), not a result"),
         ("report {log}", "is a log (MCAP), not a result"),
         ("convert {urdf} {out}.mcap", "is a building (URDF), not a log"),
+        ("inspect {map.yaml}", "is a map (YAML), which isn't inspected; make a building of it"),
+        ("inspect {scene}", "is a scene, which isn't inspected; see `objstate simulate`"),
     ],
 )  # fmt: skip
 def test_exchanged_arguments_are_named(

@@ -6,16 +6,21 @@ import atexit
 import errno
 import gc
 import os
+import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from typer import Abort
 from typer.exceptions import TyperException
+from typer.main import get_command
 
 from objstate.cli.app import app
 from objstate.cli.console import print_notice
 from objstate.errors import ObjstateError
 from objstate.outages import outage_of
+
+PROGRAM = "objstate"
 
 FINE = 0
 USER_ERROR = 1
@@ -44,10 +49,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     atexit.register(gc.freeze)  # Python would search all objects for garbage once more as it ends
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for small matrices, more only spin
     try:
-        code = app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE
+        code = app(args=arguments, prog_name=PROGRAM, standalone_mode=False) or FINE
         return _interrupted() if code == INTERRUPTED else code
     except TyperException as error:
-        return _refuse(_usage(error))
+        return _refuse(_usage(error, sys.argv[1:] if arguments is None else arguments))
     except ObjstateError as error:
         return _refuse(str(error))
     except OSError as error:
@@ -79,12 +84,21 @@ def _tell(message: str) -> None:
     print_notice(f"error: {message}")
 
 
-def _usage(error: TyperException) -> str:
+def _usage(error: TyperException, arguments: Sequence[str]) -> str:
     """What is wrong with the arguments, and where to read about them."""
-    context = getattr(error, "ctx", None)
-    command = context.command_path if context is not None else "objstate"
     message = error.format_message().replace("Value error, ", "")  # a word of pydantic's
-    return f"{message}\nTry '{command} --help'."
+    return f"{message}\nTry '{' '.join(_commands(arguments))} --help'."
+
+
+def _commands(arguments: Sequence[str]) -> Iterator[str]:
+    """The words that name the command, from the program's name on."""
+    yield PROGRAM
+    command: Any = get_command(app)
+    for word in arguments:
+        command = getattr(command, "commands", {}).get(word)
+        if command is None:
+            return
+        yield word
 
 
 def _system(error: OSError) -> str:

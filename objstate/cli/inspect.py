@@ -17,7 +17,8 @@ from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.options import AsJson, Mounts
 from objstate.cli.parsing import check_height, parse_mounts
-from objstate.errors import BuildingError
+from objstate.errors import BuildingError, SettingsError
+from objstate.kinds import BATCH, DATABASE, DOORS, LOG, MAP, SCENE, TRUTH, is_a, kind_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,6 +32,13 @@ Examples:
   objstate inspect out/drive
 """
 
+READERS = {  # the commands for what isn't inspected
+    BATCH: "see `objstate statistics` and `objstate report`",
+    MAP: "make a building of it: `objstate building from-map`, or `objstate building learn`",
+    SCENE: "see `objstate simulate`",
+    TRUTH: "see `objstate evaluate`",
+    DOORS: "see `objstate building from-map`",
+}
 RUN = "run.json"  # that shows a result's folder
 BUILDING_ENDINGS = (".urdf", ".xacro")
 BYTES_TO_TELL = 256  # bytes from a file's start that show whether it is XML
@@ -71,6 +79,8 @@ def _inspect_log(
 ) -> None:
     from objstate.logs import inspect_log
 
+    for path in paths:
+        _check_is_log(path)
     summary = inspect_log(paths, mounts=parse_mounts(mounts))
     if building is None:
         _print(summary, describe_log(summary), summary.problems, as_json)
@@ -83,6 +93,15 @@ def _inspect_log(
     problems = [*summary.problems, *(new for new in found.warnings if new not in summary.problems)]
     both = {"log": summary, "calibration": found}
     _print(both if as_json else summary, described, problems, as_json)
+
+
+def _check_is_log(path: Path) -> None:
+    """Raise SettingsError for what is known to be something that other commands read."""
+    kind = kind_of(path)
+    if kind is None or is_a(kind, LOG) or kind == DATABASE:
+        return
+    cure = READERS.get(kind, "give a log, a building or the folder of a result")
+    raise SettingsError(f"{path} is {kind}, which isn't inspected; {cure}.")
 
 
 def _inspect_result(folder: Path, as_json: bool) -> None:

@@ -84,12 +84,14 @@ def inspect_log(paths: Paths, mounts: Mapping[str, FloatArray] | None = None) ->
     Raises LogError only for a file that is no log.
     """
     survey = _Survey()
-    messages = Messages(as_paths(paths), None, Notices())
+    notices = Notices()
+    messages = Messages(as_paths(paths), None, notices)
     for message in messages:
         survey.note(message)
     if survey.first_ns is None:
         messages.topics()  # may tell why
-        raise LogError(f"{', '.join(map(str, as_paths(paths)))} holds no messages.")
+        names = ", ".join(map(str, as_paths(paths)))
+        raise LogError(f"{names} holds no messages.{notices.sentences()}")
     records, problems = _read_through(paths, mounts or {})
     found = [*messages.warnings, *survey.problems(), *problems]
     return LogSummary(

@@ -70,11 +70,14 @@ class McapFile:
         """
         self._learn_from_summary()
         if not self._channels:
-            silent = McapFile(self.path, Notices())
+            notices = Notices()
+            silent = McapFile(self.path, notices)
             for _ in silent.messages(topics=()):
                 pass
             self._channels |= silent._channels
             self._left_out |= silent._left_out
+            for fact in () if self._channels else notices.listed():
+                self._notices.once(fact)  # what may be why nothing is found
         if self._left_out and not self._channels:
             raise OtherEncodingsError(
                 f"{self.path} holds no ROS messages: its channels are encoded as "

@@ -65,6 +65,10 @@ class Notices:
                     return
             yield item
 
+    def sentences(self) -> str:
+        """The facts as sentences, each with a blank before it."""
+        return "".join(f" {fact}." for fact in self.listed())
+
     def listed(self) -> list[str]:
         """The facts in the order in which they first came up."""
         return [

@@ -69,9 +69,11 @@ def check_left_out(types: Mapping[str, str], kind: str, what: str, *, are_chosen
 def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices: Notices) -> Roles:
     """Roles by the topics' types, among the ``chosen`` ones if any; the lasers' tf is always read.
 
-    Raises LogError where a chosen topic is not in the log or of no use, where no topic
-    holds scans or those of several robots do, and where neither odometry nor tf is there.
+    Raises LogError where the log is empty, a chosen topic is not in it or of no use, where no
+    topic holds scans or those of several robots do, and where neither odometry nor tf is there.
     """
+    if not types:
+        raise LogError(f"The log holds no messages.{notices.sentences()}")
     if chosen is not None:
         _check_chosen(chosen, types)
     usable = {t: name for t, name in types.items() if chosen is None or t in chosen}

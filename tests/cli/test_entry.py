@@ -47,6 +47,11 @@ def test_a_mistyped_option_names_the_nearest(run) -> None:
     assert "Try 'objstate evaluate --help'" in outcome.err
 
 
+def test_an_option_without_its_value_names_the_commands_help(run) -> None:
+    assert "Try 'objstate statistics --help'" in run("statistics", "out", "--json").err
+    assert "Try 'objstate world show --help'" in run("world", "show", "a.db", "--config").err
+
+
 def test_a_missing_argument_is_the_users_error(run) -> None:
     outcome = run("convert", "only.mcap")
     assert outcome.code == 1

@@ -176,8 +176,8 @@ def test_a_gzipped_carmen_log_cut_short_gives_its_beginning(tmp_path) -> None:
         (b"PK\x03\x04" + b"\x00" * 600, "unzip"),
         (b"bag/".ljust(257, b"\x00") + b"ustar\x0000", "tar xf"),
         (b"#ROSBAG V1.2\n", "rosbag fix"),
-        (b"#ROSBAG V2.0\n", "laser scans"),
-        (b"\x89MCAP0\r\n", "laser scans"),
+        (b"#ROSBAG V2.0\n", "holds no messages"),
+        (b"\x89MCAP0\r\n", "cut off after 8 bytes"),
         (b"SQLite format 3\x00" + b"\xff" * 4096, "damaged"),
     ],
 )

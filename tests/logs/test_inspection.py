@@ -87,6 +87,14 @@ def test_an_empty_log_is_refused(new_drive, tmp_path) -> None:
         inspect_log(new_drive().mcap(tmp_path / "a.mcap"))
 
 
+def test_a_log_that_ends_before_its_first_message_is_said_to_be_cut_off(drive, tmp_path) -> None:
+    path = drive.straight().mcap(tmp_path / "a.mcap")
+    path.write_bytes(path.read_bytes()[:50])
+    for read in (inspect_log, open_log):
+        with pytest.raises(LogError, match=r"holds no messages\. a\.mcap is cut off after"):
+            read(path)
+
+
 def test_a_robots_name_in_front_of_its_frames_doesnt_hide_its_lasers(drive, tmp_path) -> None:
     drive.tf(0, "robot1/base_link", "robot1/laser", (0.2, 0, 0.3))
     for step in range(21):
