@@ -30,8 +30,9 @@ PROBABLE = 0.5  # from which on a candidate is a door
 SIDE = "side_probability"  # that a candidate is hinged at this end and opens this way
 HINGE_STD, BEARING_STD, WIDTH_STD = "hinge_std_m", "bearing_std_deg", "width_std_m"
 TYPE, TRAVEL = "type", "upper_limit_m"
+IN_MAP = "in_map_deg"  # how far open the map shows a leaf that turns; 0 where it shows none open
 TOLD = (SIDE, HINGE_STD, BEARING_STD, WIDTH_STD)  # what drives told of a door besides
-OPTIONAL = (PROBABILITY, *TOLD, TYPE, TRAVEL)
+OPTIONAL = (PROBABILITY, *TOLD, TYPE, TRAVEL, IN_MAP)
 SLIDES = 0  # the sense of a leaf that doesn't turn
 SENSE = {"ccw": 1, "cw": -1, "slides": SLIDES}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
@@ -53,6 +54,7 @@ class Door:
     width: float  # m, from the hinge to the free edge
     upper: float  # rad, the widest opening; m if it slides
     probability: float | None = None  # of a candidate
+    in_map: float | None = None  # rad, by which the map shows it open; None: anywhere in its swing
     told: Mapping[str, str] = field(
         default_factory=dict
     )  # by columns of TOLD, where they are filled
@@ -133,12 +135,14 @@ def door_rows(
 
 
 def _described(door: Door) -> dict[str, object]:
-    """What ``COLUMNS`` say of a door, and how far it slides."""
+    """What ``COLUMNS`` say of a door, how far it slides, and where the map shows it."""
     x, y = (round(float(value), 4) for value in door.hinge)
     bearing = round(math.degrees(door.closed_bearing), 3)
     turn = "" if door.slides else round(math.degrees(door.upper), 3)
     values = (door.name, x, y, bearing, door.opens, round(door.width, 4), turn)
     described: dict[str, object] = dict(zip(COLUMNS, values, strict=True))
+    if door.in_map is not None:
+        described[IN_MAP] = round(math.degrees(door.in_map), 1)
     return described | ({TRAVEL: round(door.upper, 4)} if door.slides else {})
 
 
@@ -200,6 +204,7 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
         width=width,
         upper=_travel(row, width, where) if SENSE[opens] == SLIDES else _widest(row, where),
         probability=_probability(row, where),
+        in_map=_in_map(row, SENSE[opens], where),
         told={name: value for name in TOLD if (value := (row.get(name) or "").strip())},
     )
     told = (row.get(TYPE) or door.type).strip()
@@ -250,6 +255,19 @@ def _travel(row: dict[str, str | None], width: float, where: str) -> float:
             f"{2.0 * WIDEST_LEAF:g} m."
         )
     return travel
+
+
+def _in_map(row: dict[str, str | None], sense: int, where: str) -> float | None:
+    """How far open the map shows a leaf, rad; None where that isn't said."""
+    if not (row.get(IN_MAP) or "").strip():
+        return None
+    value = _number(row, IN_MAP, where)
+    if sense == SLIDES or not 0 <= value < FULL_TURN:
+        raise BuildingError(
+            f"{where}: door '{row['door']}' has {value:g} as {IN_MAP}; give an angle from 0 to 360 "
+            "to a door that turns, or leave it empty."
+        )
+    return math.radians(value)
 
 
 def _probability(row: dict[str, str | None], where: str) -> float | None:

@@ -48,7 +48,8 @@ def clear_leaves(
         cleared &= ~swing.leaf
         count = np.count_nonzero(swing.leaf)
         kept = f", {swing.kept} kept as a wall behind the open leaf" if swing.kept else ""
-        place = "where it closes" if door.slides else "its swing area"
+        turns = "its swing area" if door.in_map is None else "where the map shows it"
+        place = "where it closes" if door.slides else turns
         tell(f"Door '{door.name}': {count} cells cleared from {place}{kept}.")
     return cleared
 
@@ -68,8 +69,9 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     Blobs that begin there and reach no farther than ``tolerance`` past the widest opening, or
     ``TAIL`` past the free edge, are leaf as well. What reaches farther is a wall. ``tolerance`` is
     half the leaf's thickness and the blur of the map; cells that close to the hinge are the jamb
-    and stay. Of a leaf that slides only what stands about its closed place is cleared: elsewhere
-    it lies on a wall, or in it.
+    and stay. Where the table says at which angle the map shows the leaf, this holds of that angle
+    instead of the widest opening, and what else is in the sector stays. Of a leaf that slides only
+    what stands about its closed place is cleared: elsewhere it lies on a wall, or in it.
     """
     tolerance = thickness / 2 + SMEAR * plan.resolution
     rows, columns = np.nonzero(plan.occupied)
@@ -83,13 +85,14 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     here = _Cells(plan.occupied.shape, rows, columns)
     if door.slides:
         return Swing(door, here.grid(closed), 0, is_wall)
-    along, aside = _beside(turn - door.upper, reach)
+    along, aside = _beside(turn - (door.upper if door.in_map is None else door.in_map), reach)
     free = (reach > tolerance) & (reach <= door.width)
-    open_wide = free & (along > 0) & (np.abs(aside) <= tolerance)
+    at_angle = (along > 0) & (np.abs(aside) <= tolerance)
+    open_wide = free & at_angle
     wall = open_wide & ~closed & _on_wall_beyond(along, aside, door.width + tolerance, plan)
-    within = (turn >= 0) & (turn <= door.upper)
+    within = at_angle if door.in_map is not None else (turn >= 0) & (turn <= door.upper)
     leaf = closed | (free & within & ~wall & ~far)
-    past_limit = open_wide & ~wall & ~leaf
+    past_limit = open_wide & ~wall & ~leaf & ~far
     past_edge = within & (reach > door.width) & (reach <= door.width + TAIL)
     remnants = here.blobs_inside(
         past_limit | past_edge, among=~leaf & (reach > tolerance), touching=leaf | past_limit

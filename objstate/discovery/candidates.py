@@ -152,6 +152,7 @@ def _candidate(place: Doorway, explained: Explained, best: Refined) -> Candidate
         width=leaf.width,
         upper=leaf.width if leaf.slides else limit_of(place, best),
         probability=explained.probability,
+        in_map=None if leaf.slides else _in_map(place, best),
     )
     return Candidate(
         door=door,
@@ -165,14 +166,22 @@ def _candidate(place: Doorway, explained: Explained, best: Refined) -> Candidate
     )
 
 
+def _in_map(place: Doorway, best: Refined) -> float:
+    """The angle, rad, by which the map shows a leaf open; 0 where it shows none open."""
+    leaf, drawn = best.leaf, best.drawn
+    if drawn is None or drawn.turn == 0.0:
+        return 0.0
+    _, bearing = place.openings[leaf.about].jamb(leaf.from_end)
+    return max(leaf.sense * float(wrap(bearing + drawn.turn - leaf.bearing)), 0.0)
+
+
 def limit_of(place: Doorway, best: Refined) -> float:
     """The angle, rad, that a leaf can't pass: where it would stand in a wall, or lie along its own.
 
     That it was never seen wider open, in drives or in the map, doesn't show that it stops there.
     """
     leaf = best.leaf
-    in_map = 0.0 if best.drawn is None else abs(best.drawn.turn)
-    seen = max(float(best.angles.max(initial=0.0)), in_map)
+    seen = max(float(best.angles.max(initial=0.0)), _in_map(place, best))
     pieces = [
         wall.start + np.arange(begin, end, SPACED)[:, None] * wall.along
         for wall in place.walls

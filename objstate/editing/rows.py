@@ -37,6 +37,7 @@ class DoorRow(Strict):
     sense: Literal[1, -1, 0]  # 1 opens counter-clockwise seen from above, 0 slides
     decision: Decision = "kept"  # accepted: a person said so, or drew it
     probability: Annotated[float, Field(ge=0, le=1)] | None = None  # of a candidate
+    in_map: Annotated[float, Field(ge=0, lt=360)] | None = None  # degrees, see ``Door``
     # m, middle of the closed leaf before a person moved it; None of a door that a person drew
     found_at: tuple[Coordinate, Coordinate] | None = None
 
@@ -57,6 +58,7 @@ class DoorRow(Strict):
             sense=self.sense,
             width=self.width,
             upper=self.upper if self.sense == SLIDES else math.radians(self.upper),
+            in_map=None if self.in_map is None else math.radians(self.in_map),
         )
 
     @staticmethod
@@ -73,6 +75,7 @@ class DoorRow(Strict):
             sense=0 if door.slides else 1 if door.sense > 0 else -1,
             decision="kept" if door.probability is None else "open",
             probability=door.probability,
+            in_map=None if door.in_map is None else round(math.degrees(door.in_map), 1),
         )
 
 

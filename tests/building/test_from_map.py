@@ -24,6 +24,7 @@ FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 RESOLUTION = 0.05
 HEADER = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg\n"
 WIDER = HEADER.replace("\n", ",upper_limit_m,type\n")
+SHOWN = HEADER.replace("\n", ",in_map_deg\n")
 HEIGHT = 0.3  # m, of the laser
 
 
@@ -162,6 +163,24 @@ def test_a_wall_that_ends_at_the_swing_area_is_kept(tmp_path: Path) -> None:
     assert near < 0.05
 
 
+@pytest.mark.parametrize(("in_map", "wall_is_left", "leaf_is_left"), [
+    ("", False, False), ("45", True, False), ("0", True, True),
+])  # fmt: skip
+def test_only_the_leaf_is_cleared_where_the_table_says_how_far_open_the_map_shows_it(
+    tmp_path: Path, in_map: str, wall_is_left: bool, leaf_is_left: bool
+) -> None:
+    image = np.pad(plan(), ((40, 0), (0, 0)), constant_values=FREE)
+    turn = np.radians(45.0)
+    draw(image, (2.0, 2.475), (2.0 + 0.9 * np.cos(turn), 2.475 + 0.9 * np.sin(turn)))
+    draw(image, (1.3, 2.8), (1.9, 2.8))  # a wall where the leaf would turn on to 180 degrees
+    doors = tmp_path / "doors.csv"
+    doors.write_text(f"{SHOWN}door,2.0,2.475,0,ccw,0.95,180,{in_map}\n")
+    urdf = building_from_map(save(tmp_path, image), doors, tmp_path / "out")
+    wall, leaf = distance_to_walls(urdf, [(1.6, 2.8), (2.4, 2.875)])
+    assert (wall < 0.05) == wall_is_left
+    assert (leaf < 0.05) == leaf_is_left
+
+
 @pytest.mark.parametrize("angle", [0.05, 0.4, 0.785, 1.2])
 def test_a_slanted_wall_is_followed_closely_and_without_bias(tmp_path: Path, angle: float) -> None:
     along, aside = (
@@ -276,6 +295,8 @@ def test_maps_that_cannot_be_used_are_refused(
         (WIDER + "a,1,2,0,cw,0.9,90,0.5,hinged\n", "turns, but slides by 0.5 m"),
         (HEADER.replace("\n", ",width_m\n"), "has the column 'width_m' 2 times"),
         (WIDER + "a,1,2,0,cw,0.9,90,,sliding\n", "is sliding, but opens 'cw'"),
+        (SHOWN + "a,1,2,0,cw,0.9,90,-5\n", "has -5 as in_map_deg; give an angle from 0 to 360"),
+        (SHOWN + "a,1,2,0,slides,0.9,,30\n", "has 30 as in_map_deg; .* to a door that turns"),
     ],
 )
 def test_door_tables_that_cannot_be_used_are_refused(
@@ -293,12 +314,14 @@ def test_door_tables_that_cannot_be_used_are_refused(
 def test_a_table_says_what_it_was_written_of(
     sense: int, bearing: float, width: float, upper: float
 ) -> None:
-    door = Door("a", np.array([1.0, -2.0]), bearing, sense, width, upper)
+    in_map = upper / 2.0 if sense else None
+    door = Door("a", np.array([1.0, -2.0]), bearing, sense, width, upper, in_map=in_map)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "doors.csv"
         path.write_text(door_rows([door, Door("b", np.zeros(2), 0.0, 1, 0.9, 1.5)]))
         read, other = read_doors(path)
-    assert (read.sense, other.sense) == (sense, 1)
+    assert (read.sense, other.sense, other.in_map) == (sense, 1, None)
+    assert read.in_map == (None if in_map is None else pytest.approx(in_map, abs=1e-3))
     found = [*read.hinge, read.closed_bearing, read.width, read.upper]
     assert found == pytest.approx([1.0, -2.0, bearing, width, upper], abs=1e-4)
 

@@ -88,6 +88,7 @@
   function setSense(door, sense) { // 0 slides
     const was = slides(door);
     door.sense = sense || 0;
+    door.in_map = null; // the map's leaf opened the other way
     if (slides(door) !== was) door.upper = was ? UPPER : door.width;
   }
 
@@ -149,13 +150,18 @@
   const quoted = (name) => /[",\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name;
 
   function table() {
-    const taken = doors.filter(isTaken), wide = taken.some(slides);
-    const head = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg";
-    const rows = taken.map((door) => [
-      quoted(door.name), door.x, door.y, door.bearing, opens(door), door.width,
-      slides(door) ? "" : door.upper, ...(wide ? [slides(door) ? door.upper : ""] : []),
-    ].join(","));
-    return [wide ? `${head},upper_limit_m` : head, ...rows, ""].join("\n");
+    const columns = {
+      door: (door) => quoted(door.name), hinge_x: (door) => door.x, hinge_y: (door) => door.y,
+      closed_bearing_deg: (door) => door.bearing, opens, width_m: (door) => door.width,
+      upper_limit_deg: (door) => slides(door) ? "" : door.upper,
+      upper_limit_m: (door) => slides(door) ? door.upper : "", in_map_deg: (door) => door.in_map ?? "",
+    };
+    const taken = doors.filter(isTaken), optional = ["upper_limit_m", "in_map_deg"];
+    const names = Object.keys(columns).filter(
+      (name) => !optional.includes(name) || taken.some((door) => columns[name](door) !== ""),
+    );
+    const rows = taken.map((door) => names.map((name) => columns[name](door)).join(","));
+    return [names.join(","), ...rows, ""].join("\n");
   }
 
   function download() {
@@ -350,7 +356,8 @@
     change(() => {
       const door = {
         name: unusedName(), x: round(hinge[0], 4), y: round(hinge[1], 4), bearing: 0, width: 1,
-        upper: UPPER, sense, decision: "accepted", probability: null, found_at: null,
+        upper: UPPER, sense, decision: "accepted", probability: null, in_map: null,
+        found_at: null,
       };
       setFreeEdge(door, edge);
       doors.push(door);
