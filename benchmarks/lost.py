@@ -1,4 +1,4 @@
-"""Lost and found on simulated drives: ``python benchmarks/lost.py [--global] SCENE SEED...``
+"""Lost and found on simulated drives: ``python benchmarks/lost.py [OPTION] SCENE SEED...``
 
 Prints a row for each time that the robot is carried elsewhere: after how many seconds it says that
 it is lost, after how many it is found within 0.3 m and 10 degrees, and the mean error of its pose
@@ -6,7 +6,8 @@ from then on. A row over all drives follows: how often lost was said within 2 s 
 within 10 s; in how many drives it was said to be lost without having been carried, and for how
 long; and what became of the objects. An object is corrupted when an estimate that was not taken
 back is sure (2 degrees, 2 cm) and wrong (5 degrees, 5 cm). With ``--global`` the robot has to
-find itself at the drive's start.
+find itself at the drive's start. With ``--misplaced`` the start that it is given is a wrong one, at
+random from its path, and counts as the first time that it is carried elsewhere.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import argparse
 import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +30,11 @@ from objstate.geometry import wrap
 from objstate.logs import open_log
 from objstate.recording.tables import read_truth
 from objstate.recording.tum import read_tum
-from objstate.records import Estimate, Scan
+from objstate.records import Estimate, InitialPose, Record, Scan
 from objstate.simulation import simulate
 from objstate.simulation.scene import load_scene
 
+MISPLACED = 1.5  # m from where the robot starts, at least, of a wrong start
 CARRIED = 0.5  # m between two scans that no robot drives
 NEAR_M, NEAR_RAD = 0.3, np.radians(10.0)
 SURE_M, SURE_RAD = 0.02, np.radians(2.0)
@@ -66,19 +69,19 @@ class Outcome:
     spent_s: float
 
 
-def study(scene: Path, seeds: list[int], anywhere: bool) -> None:
+def study(scene: Path, seeds: list[int], anywhere: bool, misplaced: bool) -> None:
     """Simulate and estimate a scene for each seed; print a Markdown table."""
     print("| seed | carried at | lost said after | found after | robot | sure of a wrong place |")
     print("| --- | --- | --- | --- | --- | --- |")
     outcomes = []
     for seed in seeds:
-        outcomes.append(drive(scene, seed, anywhere))
+        outcomes.append(drive(scene, seed, anywhere, misplaced))
         for each in outcomes[-1].stretches:
             print_row(seed, each)
     print_all(outcomes)
 
 
-def drive(scene: Path, seed: int, anywhere: bool) -> Outcome:
+def drive(scene: Path, seed: int, anywhere: bool, misplaced: bool) -> Outcome:
     """One drive, estimated."""
     with tempfile.TemporaryDirectory() as folder:
         simulated = simulate(scene, Path(folder) / "drive", seed=seed)
@@ -88,9 +91,10 @@ def drive(scene: Path, seed: int, anywhere: bool) -> Outcome:
         estimator = Estimator(building, seed=seed, global_start=anywhere)
         true = dict(zip(path.stamps_ns.tolist(), path.poses, strict=True))
         begin, last, before = int(path.stamps_ns[0]), None, 0.0
-        stretches, rows = [Stretch(0.0, anywhere)], []
+        stretches, rows = [Stretch(0.0, anywhere or misplaced)], []
         began = time.process_time()
-        for record in open_log(simulated.log):
+        wrong = misplaced_start(path.poses, seed) if misplaced else None
+        for record in map(partial(starting, mean=wrong), open_log(simulated.log)):
             times_lost = len(estimator.lost)
             rows += [row for row in estimator.feed(record) if row.observed and not row.lost]
             if not isinstance(record, Scan) or record.stamp_ns not in true:
@@ -112,6 +116,20 @@ def drive(scene: Path, seed: int, anywhere: bool) -> Outcome:
         stretches, corrupted(kept, courses, building), len(building.objects), doors, furniture,
         before, spent,
     )  # fmt: skip
+
+
+def misplaced_start(path: np.ndarray, seed: int) -> np.ndarray:
+    """A pose (3,) of a path (n, 3) that isn't near its first one, in either direction."""
+    rng = np.random.default_rng([seed, 7])
+    far = path[np.hypot(*(path - path[0])[:, :2].T) > MISPLACED]
+    pose = far[rng.integers(len(far))]
+    return np.array([*pose[:2], pose[2] + np.pi * rng.integers(2)])
+
+
+def starting(record: Record, mean: np.ndarray | None) -> Record:
+    """A record, as a start with another pose (3,), if there is one."""
+    is_start = mean is not None and isinstance(record, InitialPose)
+    return replace(record, mean=mean) if is_start else record
 
 
 def off(row: Estimate, courses: Mapping[Coordinate, TrueCourse], building: Building) -> float:
@@ -217,5 +235,6 @@ if __name__ == "__main__":
     parser.add_argument("scene", type=Path)
     parser.add_argument("seeds", type=int, nargs="+")
     parser.add_argument("--global", dest="anywhere", action="store_true")
+    parser.add_argument("--misplaced", action="store_true")
     arguments = parser.parse_args()
-    study(arguments.scene, arguments.seeds, arguments.anywhere)
+    study(arguments.scene, arguments.seeds, arguments.anywhere, arguments.misplaced)

@@ -35,6 +35,7 @@ EXTENT = 5.0  # m, deviation of how far such a part reaches
 ALIKE = 5.0  # m2 seen, by which such a part looks e times less like a place of the map
 # probability of other places, not searched yet, from which on they are searched
 WORTH_SEARCHING = 0.01
+MISSED = 0.5  # probability that a search by one keyframe doesn't find the robot's place
 REPLACED = 0.95  # probability from which another place is followed instead
 PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
 USUALLY = 20.0  # keyframes over which the usual advantage is averaged
@@ -112,7 +113,8 @@ class Bank(Generic[Kept]):
         self._sought_ns: int | None = None  # when the last search was made
         self.before = now  # beliefs when the robot may have left the followed place
         self.near = 1.0  # probability of the published pose, if the followed place is right
-        self._usual: float | None = None  # advantage
+        self._usual: float | None = None  # advantage, averaged over ``_averaged`` keyframes
+        self._averaged = 1.0  # the first is that of a place which explains all
         self.moments: deque[Moment[Kept]] = deque(maxlen=MOMENTS)
         self._departures: list[Departure[Kept]] = []
         self.start(now)
@@ -204,7 +206,7 @@ class Bank(Generic[Kept]):
         self._states *= (explained, wrong, wrong)
         self._states /= self._states.sum()
         if self._usual is None:
-            self._usual = 0.5 * most
+            self._usual = most
         gain = math.exp(min(INDEPENDENCE * (self._usual - advantage), 500.0))
         came = Odds(self._kidnaps * seconds, self._slips * seconds)
         before = self._elsewhere
@@ -216,7 +218,8 @@ class Bank(Generic[Kept]):
         self._elsewhere = Odds(kidnapped, slipped, before.width).plus(came)
         self._since_keyframe = self._since_keyframe.plus(came)
         if not self.is_lost:
-            self._usual += (advantage - self._usual) / USUALLY
+            self._averaged = min(self._averaged + 1.0, USUALLY)
+            self._usual += (advantage - self._usual) / self._averaged
 
     def widen(self, std: float) -> None:
         """Note that the belief is wide, by ``std`` m, and may narrow to a wrong place."""
@@ -246,14 +249,15 @@ class Bank(Generic[Kept]):
     def weigh(self, found: Hypotheses, best: int, alike: Alike, now_ns: int) -> bool:
         """Update by a search whose best other place has a number; whether that place wins.
 
-        A part that the map lacks may look ``alike``.
+        A part that the map lacks may look ``alike``. By few keyframes, a search may miss the place
+        where the robot is.
         """
         self._sought_ns = now_ns
         odds = np.where(found.is_followed, 0.0, np.exp(np.minimum(found.log_odds, 500.0)))
         self._followed = 1.0 + float(odds[best]) * alike.before
         odds /= self._followed
         self._others = float(odds.sum())
-        self._elsewhere = Odds()
+        self._elsewhere = self._elsewhere.times(MISSED**found.keyframes)
         outside = math.exp(min(found.outside, 500.0)) / self._followed
         rest = max(self._odds_outside, outside) + float(odds[best]) * alike.now
         return bool(odds[best] / (1.0 + self._others + rest) >= REPLACED)

@@ -176,7 +176,7 @@ class Monitor:
         if not is_surer and (not bank.is_lost or bank.lost_since_ns is not None):
             return
         last = bank.moments[max(first - 1, 0)]
-        kept, since_ns = last.kept, last.stamp_ns + 1
+        kept, since_ns = last.kept, last.stamp_ns + min(first, 1)  # after the last one that fits
         if not is_surer:
             bank.lose(since_ns)
             return

@@ -57,6 +57,10 @@ class Odds(NamedTuple):
             max(self.width, other.width),
         )
 
+    def times(self, factor: float) -> Odds:
+        """The odds multiplied by a factor, of a belief that isn't wide any more."""
+        return Odds(self.kidnapped * factor, self.slipped * factor)
+
 
 SAME = np.array([0.3, 0.3, np.radians(8.0)])  # places that differ by less are the same
 NO_ODDS = Odds()
@@ -86,6 +90,7 @@ class Hypotheses:
     outside: float = 0.0  # log odds of places that the map doesn't show
     # (h,) probability that the robot was carried there instead of slipping, if it is there
     carried: FloatArray = field(default_factory=lambda: np.ones(1))
+    keyframes: int = 1  # number of those that were searched by
 
     @property
     def shares(self) -> FloatArray:
@@ -239,6 +244,7 @@ class Search:
             latest.scan.stamp_ns,
             outside,
             carried[order],
+            len(keyframes),
         )
         return self._last
 

@@ -84,9 +84,27 @@ def test_between_two_longer_stretches_the_robot_is_lost_too(
     assert len(bank.probabilities) == len(expected)
 
 
+def test_a_start_that_explains_its_scans_badly_is_searched_for() -> None:
+    assert not after([18.0] * 6).may_search(60 * SECOND, 1.0)
+    assert after([8.0] * 2).may_search(60 * SECOND, 1.0)
+
+
+@pytest.mark.parametrize(("keyframes", "is_sought_again"), [(1, True), (12, False)])
+def test_a_search_by_few_keyframes_may_have_missed_the_robots_place(
+    keyframes: int, is_sought_again: bool
+) -> None:
+    bank, other = after([8.0] * 3), replace(found(-20.0), keyframes=keyframes)
+    bank.weigh(other, 0, NOTHING_ALIKE, 2 * SECOND)
+    assert bank.may_search(60 * SECOND, 1.0) is is_sought_again
+
+
 def test_a_search_is_made_when_scans_fit_less_than_usual() -> None:
-    assert not after([12.0] * 20).may_search(60 * SECOND, 1.0)
-    assert after([12.0] * 20 + [1.0] * 4).may_search(60 * SECOND, 1.0)
+    bank = after([12.0] * 20)
+    bank.weigh(replace(found(-20.0), keyframes=12), 0, NOTHING_ALIKE, 10 * SECOND)
+    assert not bank.may_search(60 * SECOND, 1.0)
+    for k in range(4):
+        bank.take(moment(10.0 + k), CHANCE.mean + 1.0, CHANCE)
+    assert bank.may_search(60 * SECOND, 1.0)
 
 
 @pytest.mark.parametrize(

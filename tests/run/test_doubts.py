@@ -18,6 +18,7 @@ from objstate.config import BuildingErrorSettings, DoorErrorSettings, Settings
 from objstate.estimator import Estimator
 from objstate.estimator.width import Limit, TooWide
 from objstate.localization import PoseBelief
+from objstate.recording.tum import read_tum
 from objstate.records import Rays, Scan
 from objstate.run import RunOptions, estimate_log
 from objstate.run.doubts import doubts, failures, lost_share
@@ -192,3 +193,15 @@ def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
     assert (summary["world"]["added"], summary["world"]["unreliable"]) == (0, True)
     store = open_store(tmp_path / "world.db")
     assert (store.drives(), store.statics(), store.surveys()) == ([], {}, [])
+
+
+@pytest.mark.parametrize("x", [5.0, 30.0])
+def test_a_start_elsewhere_in_a_corridor_that_looks_alike_is_told(tmp_path: Path, x: float) -> None:
+    options = RunOptions(initial_pose=np.array([x, 0.0, 0.0]), end=8.0)  # it stands at x = 1.5
+    log, urdf = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
+    result = estimate_log(log, urdf, tmp_path / "out", options)
+    assert any("was probably lost from 0.0 s" in each for each in result.warnings)
+    path = read_tum(tmp_path / "out" / "trajectory.tum")
+    true = read_tum(ROOT / "logs/corridor.path.tum")
+    now = np.searchsorted(true.stamps_ns, path.stamps_ns[-1])
+    assert np.hypot(*(path.poses[-1] - true.poses[now])[:2]) < 0.1
