@@ -60,7 +60,11 @@ class Candidate:
         return np.asarray(shapely.get_coordinates(shapely.orient_polygons(hull))[:-1])
 
     def box(self, layout: Layout) -> tuple[FloatArray, tuple[float, float]]:
-        """Pose (3,) and sides in m of the smallest box around it, the longer along x."""
+        """Pose (3,) and sides in m of the smallest box around it, the longer along x.
+
+        A thing occupies the cells that it touches, on average one more than its sides are long. So
+        that is taken off the box around them.
+        """
         import shapely
 
         corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(self._hull(layout)))
@@ -70,7 +74,9 @@ class Candidate:
             wrapped(2.0 * float(np.arctan2(long[1], long[0]))) / 2.0
         )  # turned by half it is the same
         x, y = corners[:4].mean(axis=0).tolist()
-        return np.array([x, y, yaw]), (hypot(*long), hypot(*short))
+        cell = layout.resolution
+        length, width = (max(hypot(*side) - cell, cell) for side in (long, short))
+        return np.array([x, y, yaw]), (length, width)
 
     def _hull(self, layout: Layout) -> Any:
         import shapely

@@ -44,9 +44,19 @@ def test_the_box_about_it_is_where_it_stands() -> None:
     (each,) = looked(Candidates(LAYOUT), 20, BOX).real
     pose, sides = each.box(LAYOUT)
     assert pose == pytest.approx([1.0 + 38 * 0.05, 2.0 + 24 * 0.05, 0.0], abs=1e-9)
-    assert sides == pytest.approx((0.8, 0.4))
+    assert sides == pytest.approx((0.75, 0.35))
     x, y = each.outline(LAYOUT).T
     assert 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) == pytest.approx(0.32)
+
+
+def test_the_box_about_it_is_as_large_as_the_thing_on_average() -> None:
+    rng, length, width, sides = np.random.default_rng(5), 0.62, 0.33, []
+    for x, y in rng.uniform(1.0, 1.05, (40, 2)):
+        edges = np.array([y, y + width, x, x + length]) / 0.05
+        touched = np.floor(edges).astype(int) + [0, 1, 0, 1]
+        (each,) = looked(Candidates(LAYOUT), 20, tuple(touched.tolist())).real
+        sides.append(each.box(LAYOUT)[1])
+    assert np.mean(sides, axis=0) == pytest.approx([length, width], abs=0.01)
 
 
 def test_a_long_while_tells_more_than_many_looks_at_once() -> None:
