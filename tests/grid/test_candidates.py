@@ -53,7 +53,7 @@ def test_the_box_about_it_is_as_large_as_the_thing_on_average() -> None:
     rng, length, width, sides = np.random.default_rng(5), 0.62, 0.33, []
     for x, y in rng.uniform(1.0, 1.05, (40, 2)):
         edges = np.array([y, y + width, x, x + length]) / 0.05
-        touched = np.floor(edges).astype(int) + [0, 1, 0, 1]
+        touched = np.floor(edges).astype(int) + np.array([0, 1, 0, 1])
         (each,) = looked(Candidates(LAYOUT), 20, tuple(touched.tolist())).real
         sides.append(each.box(LAYOUT)[1])
     assert np.mean(sides, axis=0) == pytest.approx([length, width], abs=0.01)
