@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import Sensing
+from objstate.sensing import Sensing, UncertainObject
 
 BEFORE_OBJECTS = 0.1  # m before a certain object, up to which a beam counts for walls
 # largest deviations for which scans are linear in the pose
@@ -187,29 +187,40 @@ class Robot:
             self._belief = self.belief
             self._learnt, self._filter = self._filter.learnt, None
 
-    def correct(self, sight: Sight, known: Mapping[str, FloatArray]) -> PoseBelief:
+    def correct(
+        self, sight: Sight, near: Sequence[str], known: Mapping[str, FloatArray]
+    ) -> PoseBelief:
         """p(l, a, w | o_k) by the beams of a scan that meet walls.
 
-        Objects whose state is certain are expected at ranges ``known`` (n,) m.
+        Of the objects ``near`` the robot, which this scan updates, those whose state is certain are
+        expected at ranges ``known`` (n,) m, and others in states of their belief. Nothing is learnt
+        of other objects, so that beams aren't used which may meet them: an error of what they were
+        taken for would be the same in all scans.
         """
         pose, scan, before = self._filter, sight.scan, self.belief
         assert pose is not None
         assert before is not None
         nothing = np.full(len(scan), np.inf)
         before_known = np.minimum.reduce([nothing, *known.values()]) - BEFORE_OBJECTS
-        entered = sight.entries.min(axis=0, initial=np.inf)
-        about = self._by_samples(sight, pose) if pose.is_wide else None
-        surfaces = self._sensing.surfaces(sight.height)
-        pose.correct(scan, surfaces, before_known, entered, about)
+        is_near = np.isin(sight.names, near)
+        before_far = sight.entries[~is_near].min(axis=0, initial=np.inf)
+        entered = sight.entries[is_near].min(axis=0, initial=np.inf)
+        may_be = self._scenery.objects(sight, sight.valid)
+        uncertain = [each for each in may_be if each.name in near and each.name not in known]
+        objects = self._sensing.scenery(uncertain, sight.height)
+        about = self._by_samples(sight, pose, may_be) if pose.is_wide else None
+        surfaces, most = self._sensing.surfaces(sight.height), np.minimum(before_known, before_far)
+        pose.correct(scan, surfaces, most, entered, objects, about)
         after = self._belief = pose.belief(self._draws)
         self._corrected_at = self.odometry
         self.odometry_error.note(before, after)
         return after
 
-    def _by_samples(self, sight: Sight, pose: PoseFilter) -> PoseBelief:
+    def _by_samples(
+        self, sight: Sight, pose: PoseFilter, objects: list[UncertainObject]
+    ) -> PoseBelief:
         """p(l | o_k) by the samples of p(l), with dependent errors of beams."""
         robot, beams = sight.robot, sight.valid
-        objects = self._scenery.objects(sight, beams)
         log_likelihood = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
         weights, _ = robot.weights.reweight(
             pose.independence(sight.scan.laser).both * log_likelihood

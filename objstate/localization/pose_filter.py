@@ -26,6 +26,7 @@ from objstate.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.localization import pose_update
+    from objstate.sensing.sweeps import Scenery
 else:
     pose_update = Later("objstate.localization.pose_update")
 
@@ -36,7 +37,7 @@ LEAST_S = 0.005  # s; least duration of an odometry step that determines the vel
 SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in common
 SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its length
 LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
-STANDING = 0.5  # 1/m, density of ranges to an object of uncertain state
+STANDING = 0.5  # 1/m, density of ranges to an object in any of its states
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
 FEWEST = 3  # beams on a piece of wall from which it is followed
 FOLLOWED = 40  # most pieces of wall; those out of reach are dropped first
@@ -294,11 +295,12 @@ class PoseFilter:
         surfaces: Surfaces,
         most: FloatArray,
         entered: FloatArray,
+        objects: Scenery,
         about: PoseBelief | None = None,
     ) -> int:
         """Update by the beams that meet walls before ``most`` (n,) m; return their number.
 
-        Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.
+        Beyond the ranges at which beams are ``entered`` (n,) m, ``objects`` may stand.
 
         Ranges are linearized about the mean of the prior, or of a better belief ``about`` the pose;
         while the pose isn't known to centimetres, and as far as wheels have slipped, once more
@@ -321,10 +323,11 @@ class PoseFilter:
         mean, gripping = self._mean - shift, self._covariance
         is_near = not self._is_wider(NEAR)
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
+        may_meet = _MayMeet(used, entered, objects)
         if about is None and self._slips > 0.0:
             self._slips = pose_update.slipped(
                 np.ascontiguousarray(np.flatnonzero(used)[::EVERY]),
-                self._readings(scan, seen, entered),
+                self._readings(scan, seen, may_meet, gripping),
                 gripping,
                 self._densities(scan),
                 slipping,
@@ -336,13 +339,15 @@ class PoseFilter:
         if about is not None:
             gate = prior.copy()
             gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
-        taken = self._take(scan, self._readings(scan, seen, entered), used, shift, prior, gate)
+        beams = self._readings(scan, seen, may_meet, gate)
+        taken = self._take(scan, beams, used, shift, prior, gate)
         if not is_near or self._slips > NEGLIGIBLE:
             self._mean, self._known_wall_std = mean + taken.shift, None
             seen = self._meet(scan, surfaces)
             used &= seen.numbers >= 0
-            again, gate = self._readings(scan, seen, entered), taken.reduced(prior)
-            taken = self._take(scan, again, used, taken.shift, prior, gate)
+            gate = taken.reduced(prior)
+            beams = self._readings(scan, seen, may_meet, gate)
+            taken = self._take(scan, beams, used, taken.shift, prior, gate)
         covariance = taken.reduced(prior)
         self._covariance = 0.5 * (covariance + covariance.T)
         self._mean, self._known_wall_std = mean + taken.shift, None
@@ -358,7 +363,8 @@ class PoseFilter:
 
     def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
         """The walls that a scan's beams meet at the mean."""
-        origins, directions, pose, laser, moving = self._beams_of(scan)
+        leaving = self._beams_of(scan)
+        origins, directions, pose, laser, moving = leaving
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
         ranges += self._mean[self._laser(scan.laser) + BIAS]
         row = np.empty((len(scan), pose_update.COLUMNS))
@@ -374,7 +380,7 @@ class PoseFilter:
             moving,
             row,
         )
-        return _Met(ranges, numbers, row)
+        return _Met(ranges, numbers, row, leaving)
 
     def _take(
         self,
@@ -519,14 +525,42 @@ class PoseFilter:
         squares, count = self._learnt.pieces
         return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
-    def _readings(self, scan: Scan, seen: _Met, entered: FloatArray) -> pose_update.Readings:
-        """A scan's beams, entered by objects (n,) m away, as the loops take them."""
+    def _readings(
+        self, scan: Scan, seen: _Met, may_meet: _MayMeet, covariance: FloatArray
+    ) -> pose_update.Readings:
+        """A scan's beams, which may meet objects, as the loops take them.
+
+        For a state of some ``covariance`` (m, m).
+        """
         columns = np.concatenate([COMMON, self._laser(scan.laser) + np.arange(LASER)])
         walls = self._tables[float(scan.rays.origins[0, 2])][seen.numbers]
         offsets = np.where(walls >= 0, self._mean[walls], 0.0)
-        return pose_update.Readings(
-            scan.ranges, seen.ranges, entered, seen.row, columns, walls, offsets
+        beams = pose_update.Readings(
+            scan.ranges,
+            seen.ranges,
+            may_meet.entered,
+            np.empty(len(scan)),
+            seen.row,
+            columns,
+            walls,
+            offsets,
         )
+        origins, directions, pose, laser, moving = seen.leaving
+        pose_update.expect_objects(
+            may_meet.used,
+            beams,
+            may_meet.objects,
+            origins,
+            directions,
+            pose_update.evenly(len(scan)),
+            pose,
+            laser,
+            moving,
+            float(self._mean[self._laser(scan.laser) + BIAS]),
+            covariance,
+            self._densities(scan),
+        )
+        return beams
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
         """Probability of a hit, and densities, 1/m, of random and of short readings."""
@@ -562,6 +596,15 @@ class _Met(NamedTuple):
     ranges: FloatArray  # (n,) m, expected
     numbers: IntArray  # (n,) of the pieces
     row: FloatArray  # (n, 12) derivatives with respect to the state's columns
+    leaving: _Leaving
+
+
+class _MayMeet(NamedTuple):
+    """What beams may meet that is no wall."""
+
+    used: BoolArray  # (n,) the beams that matter
+    entered: FloatArray  # (n,) m from which on something may stand
+    objects: Scenery  # in some of their states
 
 
 class _Taken(NamedTuple):

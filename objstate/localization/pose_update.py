@@ -12,6 +12,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.linear import ROOT_TAU, solve
 from objstate.localization.carried import POSE
 from objstate.sensing.pieces import GRAZING
+from objstate.sensing.sweeps import COS, SIN, Scenery, X, Y
 
 # columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock, sweep; wall
 COLUMNS = 12
@@ -31,7 +32,7 @@ class Densities(NamedTuple):
     hit: float  # probability that the wall stops the beam
     random: float  # 1/m, density of a random range
     short: float  # 1/m, density of a range that something unexpected stopped
-    standing: float  # 1/m, density of a range to an object
+    standing: float  # 1/m, density of a range to an object in any state
     variance: float  # m^2 of a short range
     growth: float  # its growth with the square of the range
     slant: float  # and with that square times the squared tangent of the incidence
@@ -39,13 +40,14 @@ class Densities(NamedTuple):
     independence: float  # exponent on the likelihood of a beam, for dependent errors
 
 
-@record("readings", "f1 f1 f1 f2 i1 i1 f1")
+@record("readings", "f1 f1 f1 f1 f2 i1 i1 f1")
 class Readings(NamedTuple):
     """The beams of a scan, and the walls that they should meet at the mean of the state (m,)."""
 
     measured: FloatArray  # (n,) m
     expected: FloatArray  # (n,) m
     entered: FloatArray  # (n,) m; beyond, an object may stop the beam
+    standing: FloatArray  # (n,) 1/m, density of what is measured, if one does
     row: FloatArray  # (n, 12) derivatives of the range by ``columns`` and by the wall's offset
     columns: IntArray  # (11,) of the state, on which all beams depend
     walls: IntArray  # (n,) column of the wall's offset, -1 where it isn't followed
@@ -251,6 +253,35 @@ def leave(
         towards[i, 1] = turn_sin * x_now + turn_cos * y_now
 
 
+@_inner
+def _derive(
+    nx: float,
+    ny: float,
+    dx: float,
+    dy: float,
+    x: float,
+    y: float,
+    time: float,
+    pose: FloatArray,
+    laser: FloatArray,
+    velocity: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Derivatives ``out`` (12,) of the range of a beam that meets a normal surface at a place."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cosine = nx * dx + ny * dy
+    out[0], out[1] = -nx / cosine, -ny / cosine
+    out[2] = (nx * (y - pose[1]) - ny * (x - pose[0])) / cosine
+    out[3], out[4] = out[0], out[1]
+    out[5] = -(nx * cos + ny * sin) / cosine
+    out[6] = -(ny * cos - nx * sin) / cosine
+    out[7] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
+    out[8] = 1.0
+    out[9] = out[0] * velocity[0] + out[1] * velocity[1] + out[2] * velocity[2]
+    out[10] = out[9] * time
+    out[OFFSET] = 1.0 / cosine
+
+
 @called_with("f2 i1 f1 f2 f2 f1 f1 f1 f1 f2")
 @_compile
 def rows(
@@ -272,46 +303,112 @@ def rows(
     ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,). For ``times`` (n,) see
     ``leave``.
     """
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(out.shape[0]):
         if numbers[i] < 0:
             for a in range(COLUMNS):
                 out[i, a] = 0.0
             continue
+        dx, dy = directions[i, 0], directions[i, 1]
+        x, y = origins[i, 0] + ranges[i] * dx, origins[i, 1] + ranges[i] * dy
         nx, ny = normals[numbers[i], 0], normals[numbers[i], 1]
-        cosine = nx * directions[i, 0] + ny * directions[i, 1]
-        x = origins[i, 0] + ranges[i] * directions[i, 0]
-        y = origins[i, 1] + ranges[i] * directions[i, 1]
-        out[i, 0], out[i, 1] = -nx / cosine, -ny / cosine
-        out[i, 2] = (nx * (y - pose[1]) - ny * (x - pose[0])) / cosine
-        out[i, 3], out[i, 4] = out[i, 0], out[i, 1]
-        out[i, 5] = -(nx * cos + ny * sin) / cosine
-        out[i, 6] = -(ny * cos - nx * sin) / cosine
-        out[i, 7] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
-        out[i, 8] = 1.0
-        out[i, 9] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
-        out[i, 10] = out[i, 9] * times[i]
-        out[i, OFFSET] = 1.0 / cosine
+        _derive(nx, ny, dx, dy, x, y, times[i], pose, laser, velocity, out[i])
+
+
+@_inner
+def _meet_outline(
+    outlines: FloatArray,
+    first: int,
+    past: int,
+    placement: FloatArray,
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+) -> Any:
+    """Distance of a ray from an object's segments, inf if it misses, and the normal met."""
+    cos, sin = placement[COS], placement[SIN]
+    east, north = x - placement[X], y - placement[Y]
+    east, north = cos * east + sin * north, cos * north - sin * east
+    right, up = cos * dx + sin * dy, cos * dy - sin * dx
+    nearest, along, across = np.inf, 0.0, 1.0
+    for k in range(first, past):
+        ax, ay = outlines[k, 0] - east, outlines[k, 1] - north
+        bx, by = outlines[k, 2] - east, outlines[k, 3] - north
+        if (right * ay - up * ax > 0.0) == (right * by - up * bx > 0.0):
+            continue
+        nx, ny = ay - by, bx - ax
+        distance = (nx * ax + ny * ay) / (nx * right + ny * up)
+        if 0.0 <= distance < nearest:
+            size = math.hypot(nx, ny)
+            nearest, along, across = distance, nx / size, ny / size
+    return nearest, cos * along - sin * across, sin * along + cos * across
+
+
+@called_with("b1 readings scenery f2 f2 f1 f1 f1 f1 f f2 densities")
+@_compile
+def expect_objects(
+    used: BoolArray,
+    beams: Readings,
+    objects: Scenery,
+    origins: FloatArray,
+    directions: FloatArray,
+    times: FloatArray,
+    pose: FloatArray,
+    laser: FloatArray,
+    velocity: FloatArray,
+    bias: float,
+    covariance: FloatArray,
+    noise: Densities,
+) -> None:
+    """Set the density ``beams.standing`` (n,) of what ``used`` beams (n,) measure to objects.
+
+    Each object stands in one of some places, or in any other. Beams are those of ``rows``, and too
+    long by a ``bias``, m. The state has a ``covariance`` (m, m).
+    """
+    row, shared = np.empty(COLUMNS), _shared(covariance, beams.columns)
+    for i in range(used.shape[0]):
+        measured, x, y = beams.measured[i], origins[i, 0], origins[i, 1]
+        beams.standing[i] = noise.standing
+        if not used[i] or not measured > beams.entered[i]:
+            continue
+        dx, dy, first, start = directions[i, 0], directions[i, 1], 0, 0
+        for j in range(objects.rims.shape[0]):
+            past = objects.outline_ends[j]
+            for s in range(start, objects.placement_ends[j]):
+                distance, nx, ny = _meet_outline(
+                    objects.outlines, first, past, objects.placements[s], x, y, dx, dy
+                )
+                if distance == np.inf:
+                    continue
+                at_x, at_y = x + distance * dx, y + distance * dy
+                _derive(nx, ny, dx, dy, at_x, at_y, times[i], pose, laser, velocity, row)
+                slope = row[OFFSET]
+                spread = _scatter(noise, distance, slope) + slope * slope * noise.wall_variance
+                spread += _predicted(row, 0, -1, shared, covariance, beams.columns)
+                off = measured - bias - distance
+                density = math.exp(-0.5 * off * off / spread) / (ROOT_TAU * math.sqrt(spread))
+                beams.standing[i] += objects.shares[s] * noise.hit * density
+            first, start = past, objects.placement_ends[j]
 
 
 @_inner
 def _inform(
     weight: float,
+    pull: float,
     row: FloatArray,
-    off: float,
     columns: IntArray,
     wall: int | np.int64,
     known: FloatArray,
     information: FloatArray,
     gradient: FloatArray,
 ) -> None:
-    """Add a beam that is off: the lower half of ``known`` (11, 11) by ``columns``, and the rest."""
+    """Add a beam that pulls: the lower half of ``known`` (11, 11) by ``columns``, and the rest."""
     for a in range(OFFSET):
-        gradient[columns[a]] += weight * row[a] * off
+        gradient[columns[a]] += pull * row[a]
         for b in range(a + 1):
             known[a, b] += weight * row[a] * row[b]
     if wall >= 0:
-        gradient[wall] += weight * row[OFFSET] * off
+        gradient[wall] += pull * row[OFFSET]
         information[wall, wall] += weight * row[OFFSET] * row[OFFSET]
         for a in range(OFFSET):
             information[wall, columns[a]] += weight * row[OFFSET] * row[a]
@@ -349,8 +446,10 @@ def gather(
 ) -> None:
     """Add ``used`` beams (n,) to ``information`` (m, m) and ``gradient`` (m,) at the prior mean.
 
-    The present mean is ``off`` (m,) from the prior mean. A beam counts by the probability that the
-    wall stopped it, given the state's ``covariance`` (m, m), times the independence of its error.
+    The present mean is ``off`` (m,) from the prior mean. The wall stopped a beam with a probability
+    that the state's ``covariance`` (m, m) gives, or something else did: the beam counts as much as
+    the mixture of both posteriors has mean and covariance (probabilistic data association, Bar-
+    Shalom and Tse 1975), to the power of the independence of its error.
     ``sums`` (9,) are those of a weighted least squares fit of squared errors to their variance,
     over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
     and of these with the squared errors (3). ``residuals`` (n,) are in deviations, NaN for other
@@ -385,12 +484,14 @@ def gather(
         )
         beyond = beams.measured[i] > beams.entered[i]
         other = noise.random + (noise.short if residual < 0.0 else 0.0)
-        other += noise.standing if beyond else 0.0
+        other += beams.standing[i] if beyond else 0.0
         share = density / (density + other)
         if share < 1e-6:
             continue
-        weight = noise.independence * share / own
-        _inform(weight, h, residual + back, columns, wall, known, information, gradient)
+        sure = max(share * (1.0 - (1.0 - share) * residual * residual / spread), 0.0)
+        per_variance = noise.independence / (spread - sure * (spread - own))
+        pull = per_variance * (share * residual + sure * back)
+        _inform(per_variance * sure, pull, h, columns, wall, known, information, gradient)
         if residual * residual > SURELY_HIT * SURELY_HIT * spread:
             continue
         residuals[i] = residual / math.sqrt(spread)
@@ -494,7 +595,7 @@ def slipped(
         own[k] += slope * slope * noise.wall_variance if wall < 0 else 0.0
         own[k] += _predicted(beams.row[i], POSE, wall, shared, covariance, beams.columns)
         is_beyond = beams.measured[i] > beams.entered[i]
-        other[k, 0] = noise.random + (noise.standing if is_beyond else 0.0)
+        other[k, 0] = noise.random + (beams.standing[i] if is_beyond else 0.0)
         other[k, 1] = other[k, 0] + noise.short
     gripping, widened = np.empty((3, 3)), np.empty((3, 3))
     for a in range(3):
@@ -521,7 +622,7 @@ def surely_met(
     """Keep those ``used`` beams (n,) that return and meet a wall before ``most`` (n,) m.
 
     Not beside an edge: a wall has an edge where neighbouring beams meet others, ``step`` and a
-    tenth of their range apart. Not at a grazing incidence.
+    tenth of their range apart, or something before it. Not at a grazing incidence.
     """
     last = used.shape[0] - 1
     for i in range(last + 1):
@@ -532,7 +633,7 @@ def surely_met(
             used[i] = False
             continue
         for j in (max(i - 1, 0), min(i + 1, last)):
-            if not abs(ranges[j] - ranges[i]) <= step + 0.1 * ranges[i]:
+            if ranges[j] >= most[j] or not abs(ranges[j] - ranges[i]) <= step + 0.1 * ranges[i]:
                 used[i] = False
 
 

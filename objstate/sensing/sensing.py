@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -14,10 +16,13 @@ from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges
-from objstate.sensing.level import Sweep
+from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.mesh_view import MeshView
 from objstate.sensing.surfaces import Surfaces
 from objstate.sensing.view import ScanView
+
+if TYPE_CHECKING:
+    from objstate.sensing.sweeps import Scenery
 
 
 class Sensing:
@@ -64,6 +69,10 @@ class Sensing:
     def outline(self, name: str, height: float) -> FloatArray:
         """The segments (k, 4) m of an object at a height, about its origin in its home state."""
         return self._outlines.of_object(name, height).segments
+
+    def scenery(self, objects: Sequence[UncertainObject], height: float) -> Scenery:
+        """Objects in a laser's plane at a height, m, in each of their states."""
+        return self._outlines.scenery(tuple(objects), height)
 
     def walls_at(self, height: float) -> FloatArray:
         """The segments (k, 4) in which a plane at a height, m, cuts the walls."""

@@ -99,11 +99,13 @@ def test_a_search_by_few_keyframes_may_have_missed_the_robots_place(
 
 
 def test_a_search_is_made_when_scans_fit_less_than_usual() -> None:
-    bank = after([12.0] * 20)
-    bank.weigh(replace(found(-20.0), keyframes=12), 0, NOTHING_ALIKE, 10 * SECOND)
+    bank = after([12.0] * 3)
+    bank.weigh(replace(found(-20.0), keyframes=12), 0, NOTHING_ALIKE, 2 * SECOND)
+    for k in range(20):
+        bank.take(moment(2.0 + k), CHANCE.mean + 12.0, CHANCE)
     assert not bank.may_search(60 * SECOND, 1.0)
     for k in range(4):
-        bank.take(moment(10.0 + k), CHANCE.mean + 1.0, CHANCE)
+        bank.take(moment(22.0 + k), CHANCE.mean + 1.0, CHANCE)
     assert bank.may_search(60 * SECOND, 1.0)
 
 

@@ -14,6 +14,7 @@ from objstate.localization.pose_update import agreement
 from objstate.particles import Weights
 from objstate.records import Rays, Scan
 from objstate.sensing.surfaces import Surfaces
+from objstate.sensing.sweeps import Scenery
 
 METRES = st.floats(-2.0, 2.0)
 TURNS = st.floats(-3.0, 3.0)
@@ -52,6 +53,10 @@ def test_a_step_carries_the_covariance_as_it_carries_samples(
     np.testing.assert_allclose(robot.covariance, off.T @ off / 6.0, rtol=1e-2, atol=1e-12)
 
 
+NO_NUMBERS = np.empty(0, dtype=np.int64)
+NO_OBJECTS = Scenery(
+    np.empty((0, 4)), NO_NUMBERS, NO_NUMBERS, np.empty((0, 4)), NO_NUMBERS, np.empty(0)
+)
 ROOM = np.array([[-4.0, -3.0], [4.0, -3.0], [4.0, 3.0], [-4.0, 3.0]])  # m
 BEARINGS = np.radians(np.arange(360) - 180.0)
 SWEEP, SIGMA, SLANT = 0.1, 0.005, 0.004  # s, m, and m for each m of range and unit of slope
@@ -86,7 +91,7 @@ def filter_that_turned_in_the_room(sweep: float) -> PoseFilter:
         poses = compose(np.tile(pose, (360, 1)), times[:, None] * velocity)
         ranges = read_in_the_room(poses, rng)
         scan = Scan(round(number * PERIOD * 1e9), "lidar", ranges, rays, 0.05, 20.0)
-        robot.correct(scan, walls, far, far)
+        robot.correct(scan, walls, far, far, NO_OBJECTS)
     return robot
 
 
