@@ -44,6 +44,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (likelihood.pose_log_likelihood, front_to_back.wall_ranges),
     (mixture.condition,),
     (pose.slipped, pose.gather, pose.surely_met, pose.agreement),
+    (pose.meet_objects, pose.expect_objects),
     (exchange.read_off, exchange.exchange, exchange.evidence_under, latch.limit),
     (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
     (pose.drive, pose.leave, pose.rows, pose.wall_sums),

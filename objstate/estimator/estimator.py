@@ -209,7 +209,7 @@ class Estimator:
         near = self._near(sight, sight.valid)
         known = self._joint.known(near.pointed_at, sight)
         if not self._monitor.bank.is_unmapped:  # else scans don't tell where the robot is
-            sight = sight.by(self._robot.correct(sight, near.names, known))
+            sight = sight.by(self._robot.correct(sight, near, known.keys()))
             self.corrections += 1
         if not self._observes:
             return []

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Set
 
 import numpy as np
 
 from objstate.config import Settings
 from objstate.estimator.scenery import Scenery
-from objstate.estimator.sight import Sight
+from objstate.estimator.sight import Near, Sight
 from objstate.geometry import BoolArray, FloatArray, between, whitened
 from objstate.localization import (
     NOTHING,
@@ -32,9 +32,8 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import Sensing, UncertainObject
+from objstate.sensing import Sensing
 
-BEFORE_OBJECTS = 0.1  # m before a certain object, up to which a beam counts for walls
 # largest deviations for which scans are linear in the pose
 TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)
 FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place found by a search
@@ -187,40 +186,39 @@ class Robot:
             self._belief = self.belief
             self._learnt, self._filter = self._filter.learnt, None
 
-    def correct(
-        self, sight: Sight, near: Sequence[str], known: Mapping[str, FloatArray]
-    ) -> PoseBelief:
+    def correct(self, sight: Sight, near: Near, known: Set[str]) -> PoseBelief:
         """p(l, a, w | o_k) by the beams of a scan that meet walls.
 
-        Of the objects ``near`` the robot, which this scan updates, those whose state is certain are
-        expected at ranges ``known`` (n,) m, and others in states of their belief. Nothing is learnt
-        of other objects, so that beams aren't used which may meet them: an error of what they were
-        taken for would be the same in all scans.
+        Of the objects ``near`` the robot, which this scan updates, those that are ``known`` are
+        expected in one state, and others in states of their belief. Nothing is learnt of other
+        objects, so that beams aren't used which may meet them: an error of what they were taken
+        for would be the same in all scans.
         """
         pose, scan, before = self._filter, sight.scan, self.belief
         assert pose is not None
         assert before is not None
-        nothing = np.full(len(scan), np.inf)
-        before_known = np.minimum.reduce([nothing, *known.values()]) - BEFORE_OBJECTS
-        is_near = np.isin(sight.names, near)
+        is_near = np.isin(sight.names, near.names)
         before_far = sight.entries[~is_near].min(axis=0, initial=np.inf)
         entered = sight.entries[is_near].min(axis=0, initial=np.inf)
-        may_be = self._scenery.objects(sight, sight.valid)
-        uncertain = [each for each in may_be if each.name in near and each.name not in known]
-        objects = self._sensing.scenery(uncertain, sight.height)
-        about = self._by_samples(sight, pose, may_be) if pose.is_wide else None
-        surfaces, most = self._sensing.surfaces(sight.height), np.minimum(before_known, before_far)
-        pose.correct(scan, surfaces, most, entered, objects, about)
+        uncertain, certain = (
+            self._sensing.scenery(self._scenery.represented(names), sight.height)
+            for names in ([name for name in near.pointed_at if name not in known], known)
+        )
+        about = self._by_samples(sight, pose, before_far) if pose.is_wide else None
+        surfaces = self._sensing.surfaces(sight.height)
+        pose.correct(scan, surfaces, before_far, entered, uncertain, certain, about)
         after = self._belief = pose.belief(self._draws)
         self._corrected_at = self.odometry
         self.odometry_error.note(before, after)
         return after
 
-    def _by_samples(
-        self, sight: Sight, pose: PoseFilter, objects: list[UncertainObject]
-    ) -> PoseBelief:
-        """p(l | o_k) by the samples of p(l), with dependent errors of beams."""
-        robot, beams = sight.robot, sight.valid
+    def _by_samples(self, sight: Sight, pose: PoseFilter, most: FloatArray) -> PoseBelief:
+        """p(l | o_k) by the samples of p(l), with dependent errors of beams.
+
+        By those that meet walls before ``most`` (n,) m.
+        """
+        robot, beams = sight.robot, sight.valid & (sight.walls < most)
+        objects = self._scenery.objects(sight, beams)
         log_likelihood = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
         weights, _ = robot.weights.reweight(
             pose.independence(sight.scan.laser).both * log_likelihood

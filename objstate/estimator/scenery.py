@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -57,8 +57,13 @@ class Scenery:
         beliefs: Beliefs | None = None,
     ) -> list[UncertainObject]:
         """The objects that some beams (n,) may meet, with their states; see ``Sight.seen_by``."""
+        return self.represented(sight.seen_by(beams), beliefs)
+
+    def represented(
+        self, names: Iterable[str], beliefs: Beliefs | None = None
+    ) -> list[UncertainObject]:
+        """Some objects in states of their present beliefs, or of other ``beliefs``."""
         known = self._believed.marginals if beliefs is None else beliefs
-        names = sight.seen_by(beams)
         return [self._represented(known[name], self._states) for name in names]
 
     @lazy

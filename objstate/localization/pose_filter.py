@@ -38,6 +38,7 @@ SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in
 SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its length
 LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
 STANDING = 0.5  # 1/m, density of ranges to an object in any of its states
+BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam counts for walls
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
 FEWEST = 3  # beams on a piece of wall from which it is followed
 FOLLOWED = 40  # most pieces of wall; those out of reach are dropped first
@@ -296,11 +297,13 @@ class PoseFilter:
         most: FloatArray,
         entered: FloatArray,
         objects: Scenery,
+        known: Scenery,
         about: PoseBelief | None = None,
     ) -> int:
         """Update by the beams that meet walls before ``most`` (n,) m; return their number.
 
-        Beyond the ranges at which beams are ``entered`` (n,) m, ``objects`` may stand.
+        And before objects that are ``known`` to stand in one place. Beyond the ranges at which
+        beams are ``entered`` (n,) m, other ``objects`` may stand.
 
         Ranges are linearized about the mean of the prior, or of a better belief ``about`` the pose;
         while the pose isn't known to centimetres, and as far as wheels have slipped, once more
@@ -311,9 +314,8 @@ class PoseFilter:
             off = about.mean - self._mean[:POSE]
             off[2] = wrapped(off[2])
             self._mean[:POSE] += off
-        seen, used = self._meet(scan, surfaces), scan.valid.copy()
-        within = np.minimum(most, scan.range_max)
-        pose_update.surely_met(used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE)
+        seen = self._meet(scan, surfaces, known)
+        used = scan.valid & self._surely_met(scan, seen, most)
         if not used.any():
             self._mean[:POSE] -= off
             return 0
@@ -324,10 +326,11 @@ class PoseFilter:
         is_near = not self._is_wider(NEAR)
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
         may_meet = _MayMeet(used, entered, objects)
+        beams = self._readings(scan, seen, may_meet, gripping)
         if about is None and self._slips > 0.0:
             self._slips = pose_update.slipped(
                 np.ascontiguousarray(np.flatnonzero(used)[::EVERY]),
-                self._readings(scan, seen, may_meet, gripping),
+                beams,
                 gripping,
                 self._densities(scan),
                 slipping,
@@ -339,12 +342,11 @@ class PoseFilter:
         if about is not None:
             gate = prior.copy()
             gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
-        beams = self._readings(scan, seen, may_meet, gate)
         taken = self._take(scan, beams, used, shift, prior, gate)
         if not is_near or self._slips > NEGLIGIBLE:
             self._mean, self._known_wall_std = mean + taken.shift, None
-            seen = self._meet(scan, surfaces)
-            used &= seen.numbers >= 0
+            seen = self._meet(scan, surfaces, known)
+            used &= self._surely_met(scan, seen, most)
             gate = taken.reduced(prior)
             beams = self._readings(scan, seen, may_meet, gate)
             taken = self._take(scan, beams, used, taken.shift, prior, gate)
@@ -361,8 +363,15 @@ class PoseFilter:
         p = self._covariance
         return bool(max(p[0, 0], p[1, 1]) > limits[0] ** 2 or p[2, 2] > limits[1] ** 2)
 
-    def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
-        """The walls that a scan's beams meet at the mean."""
+    def _surely_met(self, scan: Scan, seen: _Met, most: FloatArray) -> BoolArray:
+        """The beams (n,) that meet walls at the mean, if nothing unexpected stops them."""
+        used = np.ones(len(scan), dtype=bool)
+        most = np.minimum(np.minimum(most, scan.range_max), seen.known - BEFORE_OBJECTS)
+        pose_update.surely_met(used, scan.ranges, seen.ranges, seen.numbers, seen.row, most, EDGE)
+        return used
+
+    def _meet(self, scan: Scan, surfaces: Surfaces, known: Scenery) -> _Met:
+        """The walls and known objects that a scan's beams meet at the mean."""
         leaving = self._beams_of(scan)
         origins, directions, pose, laser, moving = leaving
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
@@ -380,7 +389,9 @@ class PoseFilter:
             moving,
             row,
         )
-        return _Met(ranges, numbers, row, leaving)
+        before = np.empty(len(scan))
+        pose_update.meet_objects(known, origins, directions, before)
+        return _Met(ranges, numbers, row, leaving, before)
 
     def _take(
         self,
@@ -597,6 +608,7 @@ class _Met(NamedTuple):
     numbers: IntArray  # (n,) of the pieces
     row: FloatArray  # (n, 12) derivatives with respect to the state's columns
     leaving: _Leaving
+    known: FloatArray  # (n,) m to known objects
 
 
 class _MayMeet(NamedTuple):

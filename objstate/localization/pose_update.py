@@ -344,6 +344,31 @@ def _meet_outline(
     return nearest, cos * along - sin * across, sin * along + cos * across
 
 
+@called_with("scenery f2 f2 f1")
+@_compile
+def meet_objects(
+    objects: Scenery, origins: FloatArray, directions: FloatArray, ranges: FloatArray
+) -> None:
+    """Set ``ranges`` (n,) m of beams to the nearest of some objects in any place; inf to none."""
+    for i in range(ranges.shape[0]):
+        ranges[i] = np.inf
+        first, start = 0, 0
+        for j in range(objects.rims.shape[0]):
+            for s in range(start, objects.placement_ends[j]):
+                distance, _, _ = _meet_outline(
+                    objects.outlines,
+                    first,
+                    objects.outline_ends[j],
+                    objects.placements[s],
+                    origins[i, 0],
+                    origins[i, 1],
+                    directions[i, 0],
+                    directions[i, 1],
+                )
+                ranges[i] = min(ranges[i], distance)
+            first, start = objects.outline_ends[j], objects.placement_ends[j]
+
+
 @called_with("b1 readings scenery f2 f2 f1 f1 f1 f1 f f2 densities")
 @_compile
 def expect_objects(

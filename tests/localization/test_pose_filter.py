@@ -91,7 +91,7 @@ def filter_that_turned_in_the_room(sweep: float) -> PoseFilter:
         poses = compose(np.tile(pose, (360, 1)), times[:, None] * velocity)
         ranges = read_in_the_room(poses, rng)
         scan = Scan(round(number * PERIOD * 1e9), "lidar", ranges, rays, 0.05, 20.0)
-        robot.correct(scan, walls, far, far, NO_OBJECTS)
+        robot.correct(scan, walls, far, far, NO_OBJECTS, NO_OBJECTS)
     return robot
 
 
