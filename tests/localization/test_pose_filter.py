@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -121,3 +122,14 @@ def test_errors_that_repeat_are_noticed_though_the_number_of_beams_changes(
     agreement(now, before, sums)
     assert sums[0] > 0.95 * sums[1] > 0.0
     assert abs(sums[2]) < 0.5 * sums[3]
+
+
+@pytest.mark.parametrize(("read", "least", "most"), [(4.99, 0.0, 0.135), (4.7, 0.14, 0.2)])
+def test_a_beam_that_hardly_met_a_wall_tells_little(read: float, least: float, most: float) -> None:
+    wall, std = np.array([[5.0, -1.0, 5.0, 1.0]]), 0.15
+    robot = filter_at(np.zeros(3), np.array([std, 0.01, 0.001]))
+    rays = Rays(np.array([[0.0, 0.0, 0.3]]), np.array([[1.0, 0.0, 0.0]]))
+    scan = Scan(0, "laser", np.array([read]), rays, 0.05, 20.0)
+    far, entered = np.array([np.inf]), np.array([2.0])  # from where on an object may stand
+    robot.correct(scan, Surfaces(wall), far, entered, NO_OBJECTS, NO_OBJECTS)
+    assert least < np.sqrt(robot.covariance[0, 0]) < most
