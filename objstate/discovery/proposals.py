@@ -226,9 +226,9 @@ def _as_drawn(
     """What a map shows in the place of a leaf, by its hinge, turn and width, and its cells."""
     hinge, turn, width = leaf
     on = cells.on_leaf(hinge, opening.jamb(from_end)[1] + turn, width)
-    is_bent = share < 1.0 and np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
+    fills = np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
     is_at_jamb = cells.has_jamb(~on, opening, from_end)
-    log_none = share * FILLED if is_bent or not is_at_jamb else DRAWN
+    log_none = share * FILLED if fills or not is_at_jamb else DRAWN
     return Drawn(from_end, turn, hinge, share, cells.middles[on], log_none), on
 
 

@@ -91,7 +91,7 @@ def inspect_log(paths: Paths, mounts: Mapping[str, FloatArray] | None = None) ->
     if survey.first_ns is None:
         messages.topics()  # may tell why
         names = ", ".join(map(str, as_paths(paths)))
-        raise LogError(f"{names} holds no messages.{notices.sentences()}")
+        raise LogError(f"{names} holds no messages; record it again.{notices.sentences()}")
     records, problems = _read_through(paths, mounts or {})
     found = [*messages.warnings, *survey.problems(), *problems]
     return LogSummary(

@@ -73,7 +73,7 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
     topic holds scans or those of several robots do, and where neither odometry nor tf is there.
     """
     if not types:
-        raise LogError(f"The log holds no messages.{notices.sentences()}")
+        raise LogError(f"The log holds no messages; record it again.{notices.sentences()}")
     if chosen is not None:
         _check_chosen(chosen, types)
     usable = {t: name for t, name in types.items() if chosen is None or t in chosen}

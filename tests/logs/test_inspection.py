@@ -91,7 +91,7 @@ def test_a_log_that_ends_before_its_first_message_is_said_to_be_cut_off(drive, t
     path = drive.straight().mcap(tmp_path / "a.mcap")
     path.write_bytes(path.read_bytes()[:50])
     for read in (inspect_log, open_log):
-        with pytest.raises(LogError, match=r"holds no messages\. a\.mcap is cut off after"):
+        with pytest.raises(LogError, match=r"holds no messages; .* a\.mcap is cut off after"):
             read(path)
 
 
