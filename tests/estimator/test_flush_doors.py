@@ -50,4 +50,5 @@ def test_flush_doors_do_not_drag_the_robot_along_a_bare_corridor(seed: int) -> N
             inside.append(off @ np.linalg.solve(robot.covariance[:2, :2], off) < IN_90)
     assert np.mean(errors) < 0.1
     assert np.mean(inside) > 0.9
-    assert all(estimator.objects[name].p_closed > 0.9 for name in DOORS)
+    closed = [estimator.objects[name].probability_closed for name in DOORS]
+    assert all(each is not None and each > 0.9 for each in closed)
