@@ -315,7 +315,7 @@ class PoseFilter:
             off[2] = wrapped(off[2])
             self._mean[:POSE] += off
         seen = self._meet(scan, surfaces, known)
-        used = scan.valid & self._surely_met(scan, seen, most)
+        used = self._surely_met(scan, seen, most)
         if not used.any():
             self._mean[:POSE] -= off
             return 0
@@ -365,7 +365,7 @@ class PoseFilter:
 
     def _surely_met(self, scan: Scan, seen: _Met, most: FloatArray) -> BoolArray:
         """The beams (n,) that meet walls at the mean, if nothing unexpected stops them."""
-        used = np.ones(len(scan), dtype=bool)
+        used = scan.valid.copy()
         most = np.minimum(np.minimum(most, scan.range_max), seen.known - BEFORE_OBJECTS)
         pose_update.surely_met(used, scan.ranges, seen.ranges, seen.numbers, seen.row, most, EDGE)
         return used

@@ -262,13 +262,17 @@ def _derive(
     x: float,
     y: float,
     time: float,
+    cos: float,
+    sin: float,
     pose: FloatArray,
     laser: FloatArray,
     velocity: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Derivatives ``out`` (12,) of the range of a beam that meets a normal surface at a place."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    """Derivatives ``out`` (12,) of the range of a beam that meets a surface's normal at a place.
+
+    ``cos`` and ``sin`` are those of the pose's yaw.
+    """
     cosine = nx * dx + ny * dy
     out[0], out[1] = -nx / cosine, -ny / cosine
     out[2] = (nx * (y - pose[1]) - ny * (x - pose[0])) / cosine
@@ -303,6 +307,7 @@ def rows(
     ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,). For ``times`` (n,) see
     ``leave``.
     """
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(out.shape[0]):
         if numbers[i] < 0:
             for a in range(COLUMNS):
@@ -311,7 +316,7 @@ def rows(
         dx, dy = directions[i, 0], directions[i, 1]
         x, y = origins[i, 0] + ranges[i] * dx, origins[i, 1] + ranges[i] * dy
         nx, ny = normals[numbers[i], 0], normals[numbers[i], 1]
-        _derive(nx, ny, dx, dy, x, y, times[i], pose, laser, velocity, out[i])
+        _derive(nx, ny, dx, dy, x, y, times[i], cos, sin, pose, laser, velocity, out[i])
 
 
 @_inner
@@ -391,6 +396,7 @@ def expect_objects(
     long by a ``bias``, m. The state has a ``covariance`` (m, m).
     """
     row, shared = np.empty(COLUMNS), _shared(covariance, beams.columns)
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(used.shape[0]):
         measured, x, y = beams.measured[i], origins[i, 0], origins[i, 1]
         beams.standing[i] = noise.standing
@@ -406,7 +412,8 @@ def expect_objects(
                 if distance == np.inf:
                     continue
                 at_x, at_y = x + distance * dx, y + distance * dy
-                _derive(nx, ny, dx, dy, at_x, at_y, times[i], pose, laser, velocity, row)
+                place = at_x, at_y, times[i], cos, sin, pose, laser, velocity
+                _derive(nx, ny, dx, dy, *place, row)
                 slope = row[OFFSET]
                 spread = _scatter(noise, distance, slope) + slope * slope * noise.wall_variance
                 spread += _predicted(row, 0, -1, shared, covariance, beams.columns)
@@ -473,8 +480,8 @@ def gather(
 
     The present mean is ``off`` (m,) from the prior mean. The wall stopped a beam with a probability
     that the state's ``covariance`` (m, m) gives, or something else did: the beam counts as much as
-    the mixture of both posteriors has mean and covariance (probabilistic data association, Bar-
-    Shalom and Tse 1975), to the power of the independence of its error.
+    the mixture of both posteriors has mean and covariance (probabilistic data association,
+    Bar-Shalom and Tse 1975), to the power of the independence of its error.
     ``sums`` (9,) are those of a weighted least squares fit of squared errors to their variance,
     over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
     and of these with the squared errors (3). ``residuals`` (n,) are in deviations, NaN for other

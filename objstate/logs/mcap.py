@@ -76,8 +76,9 @@ class McapFile:
                 pass
             self._channels |= silent._channels
             self._left_out |= silent._left_out
-            for fact in () if self._channels else notices.listed():
-                self._notices.once(fact)  # what may be why nothing is found
+            if not self._channels:
+                for fact in notices.listed():  # what may be why nothing is found
+                    self._notices.once(fact)
         if self._left_out and not self._channels:
             raise OtherEncodingsError(
                 f"{self.path} holds no ROS messages: its channels are encoded as "
