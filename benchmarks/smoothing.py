@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ from objstate.evaluation.summary import ROTATIONS
 from objstate.geometry import FloatArray, IntArray
 from objstate.recording.events import Event, read_events
 from objstate.recording.tables import read_states, read_truth
-from objstate.run import RunOptions, RunResult, estimate_log
+from objstate.run import RunOptions, estimate_log
 from objstate.simulation import simulate
 from objstate.simulation.scene import load_scene
 
@@ -108,26 +108,46 @@ def movements(courses: Sequence[TrueCourse], seen_ns: IntArray) -> Iterator[tupl
             yield begin, end
 
 
-def is_met(event: Event, span: tuple[int, int]) -> bool:
-    """Whether an event overlaps a movement."""
-    return event.from_ns - SLACK_NS <= span[1] and span[0] <= event.to_ns + SLACK_NS
+@dataclass(frozen=True)
+class Told:
+    """How many movements the events of a result list."""
+
+    moved: int = 0  # movements
+    found: int = 0  # of these
+    listed: int = 0  # events
+    right: int = 0  # of these
+
+    def __add__(self, other: Told) -> Told:
+        """Both together."""
+        return Told(*map(sum, zip(astuple(self), astuple(other), strict=True)))
+
+    @property
+    def cells(self) -> str:
+        return f"{self.found} of {self.moved} | {self.right} of {self.listed}"
 
 
-def events_of(run: RunResult, truth: Mapping[Coordinate, TrueCourse]) -> str:
-    """How many movements the events of a result list, and how many of those are true."""
-    events = {(each.object, each.from_ns): each for each in read_events(run.folder)}
-    observed = observed_posteriors(read_states(run.folder, filtered=True))
-    moved, found, right = 0, 0, 0
+def is_met(event: Event, span: tuple[int, int], seen_ns: IntArray) -> bool:
+    """Whether an event of an object that is seen at moments (n,) tells of a movement."""
+    before = seen_ns[max(np.searchsorted(seen_ns, event.from_ns, side="right") - 1, 0)]
+    after = seen_ns[min(np.searchsorted(seen_ns, event.to_ns), len(seen_ns) - 1)]
+    return bool(before - SLACK_NS <= span[1] and span[0] <= after + SLACK_NS)
+
+
+def told_by(result: Path, truth: Mapping[Coordinate, TrueCourse]) -> Told:
+    """How many movements the events in a result folder list, and how many of those are true."""
+    events = {(each.object, each.from_ns): each for each in read_events(result)}
+    observed = observed_posteriors(read_states(result, filtered=True))
+    told = Told()
     for name in sorted({name for name, _ in observed} & {name for name, _ in truth}):
         own = [event for event in events.values() if event.object == name]
         courses = [course for (each, _), course in truth.items() if each == name]
         seen_ns = next(each.stamps_ns for (other, _), each in observed.items() if other == name)
         spans = list(movements(courses, seen_ns))
         changes = np.concatenate([course.stamps_ns[1:] for course in courses]).tolist()
-        moved += len(spans)
-        found += sum(any(is_met(event, span) for event in own) for span in spans)
-        right += sum(any(is_met(event, (each, each)) for each in changes) for event in own)
-    return f"{found} of {moved} | {right} of {len(events)}"
+        found = [any(is_met(event, span, seen_ns) for event in own) for span in spans]
+        right = [any(is_met(event, (each, each), seen_ns) for each in changes) for event in own]
+        told += Told(len(spans), sum(found), len(own), sum(right))
+    return told
 
 
 def rows(drive: Drive) -> Iterator[str]:
@@ -135,7 +155,7 @@ def rows(drive: Drive) -> Iterator[str]:
     truth = true_courses(read_truth(drive.truth))
     with tempfile.TemporaryDirectory() as folder:
         run = estimate_log([drive.log], drive.building, Path(folder) / "out", RunOptions())
-        told = events_of(run, truth)
+        told = told_by(run.folder, truth).cells
         for kind in sorted({kind for _, kind in truth}):
             for table in ("filtered", "smoothed"):
                 errors = Errors(kind)

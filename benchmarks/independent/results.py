@@ -13,6 +13,9 @@ import polars as pl
 
 from benchmarks.independent import metrics
 from benchmarks.independent.metrics import Door, Durations, Estimates, Robot, Value
+from benchmarks.smoothing import Told, told_by
+from objstate.evaluation.states import true_courses
+from objstate.recording.tables import read_truth as read_courses
 
 TABLES = ("estimates", "smoothed")  # Parquet files of a result that are measured, where they exist
 TRAJECTORIES = {"estimates": "trajectory.tum", "smoothed": "smoothed.tum"}
@@ -32,6 +35,7 @@ class Measured:
     ajar_misclassified: Durations | None  # the same of doors that are closed or ajar
     robot: Robot
     seconds: float  # of the run
+    movements: Told | None = None  # of the smoothed table
 
     @property
     def key(self) -> tuple[str, int, str]:
@@ -42,7 +46,7 @@ class Measured:
 def measure(scenario: str, seed: int, drive: Path, result: Path, seconds: float) -> list[Measured]:
     """Every table of a result folder against the truth of its drive."""
     facts = json.loads((drive / "facts.json").read_text(encoding="utf-8"))
-    truth = read_truth(drive, facts)
+    truth, courses = read_truth(drive, facts), true_courses(read_courses(drive / "truth.csv"))
     ends = [(str(name), int(stamp)) for name, stamp in facts["ends"]]
     lost = _lost(json.loads((result / "run.json").read_text(encoding="utf-8")), facts["end"])
     measured = []
@@ -67,6 +71,7 @@ def measure(scenario: str, seed: int, drive: Path, result: Path, seconds: float)
                 ),
                 robot=metrics.robot(*read_path(path), *read_path(drive / "path.tum"), lost),
                 seconds=seconds,
+                movements=told_by(result, courses) if table == "smoothed" else None,
             )
         )
     return measured
@@ -140,4 +145,6 @@ def _drive(item: dict[str, Any]) -> Measured:
     }
     localized = Durations(**item["robot"]["localized"])
     robot = Robot(item["robot"]["error"], localized)
-    return Measured(**{**item, **values, **shares, "robot": robot})
+    told = item.get("movements")  # none in files of earlier versions
+    movements = None if told is None else Told(**told)
+    return Measured(**{**item, **values, **shares, "robot": robot, "movements": movements})

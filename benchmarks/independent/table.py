@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.independent.metrics import Durations, Value
 from benchmarks.independent.results import Measured
+from benchmarks.smoothing import Told
 
 Column = tuple[str, Callable[[Sequence[Measured]], str]]
 
@@ -57,6 +58,11 @@ def _robot(drives: Sequence[Measured]) -> str:
     return f"{100 * np.mean(errors):.1f}" if errors else "–"
 
 
+def _movements(drives: Sequence[Measured]) -> str:
+    told = [drive.movements for drive in drives if drive.movements is not None]
+    return sum(told, Told()).cells.replace(" | ", "; ") if told else "–"
+
+
 COLUMNS: list[Column] = [
     ("drives", lambda drives: str(len(drives))),
     ("final angles", lambda drives: str(len(finals(drives)))),
@@ -86,6 +92,7 @@ COLUMNS: list[Column] = [
     ("3 s after movements: number", lambda drives: str(len(after_ends(drives)))),
     ("error", lambda drives: errors_text(after_ends(drives))),
     ("in 90 %", lambda drives: percent([value.inside for value in after_ends(drives)])),
+    ("movements: found; listed that are true", _movements),
     ("robot (cm)", _robot),
     (
         "localized",

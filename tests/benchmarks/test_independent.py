@@ -21,6 +21,7 @@ from benchmarks.independent.shapes import all_edges, cast, cast_circles, overlap
 from benchmarks.independent.simulator import GENERATOR, simulate, simulated
 from benchmarks.independent.table import comparison, paired_difference, table
 from benchmarks.independent.world import Course, World, WorldOptions, corridor
+from benchmarks.smoothing import Told
 from objstate import load_building
 from objstate.logs import open_log
 from objstate.records import Scan
@@ -280,7 +281,8 @@ def measured(seed: int, error: float) -> Measured:
     value = metrics.Value("d", 1, 10.0, error, 3.0, inside=error < 1.5, at_limit=False)
     robot = Robot(0.01, Durations(9.0, 10.0))
     wrong = Durations(1.0, 50.0)
-    return Measured("nothing", seed, "estimates", [value], [], wrong, None, wrong, robot, 2.0)
+    told = Told(moved=4, found=3, listed=5, right=seed)
+    return Measured("nothing", seed, "estimates", [value], [], wrong, None, wrong, robot, 2.0, told)
 
 
 def test_measurements_survive_json() -> None:
@@ -292,6 +294,7 @@ def test_tables_pool_drives_and_pair_them_by_seed() -> None:
     new, old = [measured(1, 0.5), measured(2, 2.0)], [measured(2, 1.0), measured(3, 9.0)]
     assert "1.25" in table(new)
     assert "50 % of 2" in table(new)
+    assert "6 of 8; 3 of 10" in table(new)
     assert "| nothing | 1 | +1.00" in comparison(new, old)
 
 
@@ -317,6 +320,9 @@ def test_a_run_prints_a_table_and_pairs_with_itself(
     filtered, smoothed = from_json(figures.read_text())
     assert (filtered.table, smoothed.table) == ("estimates", "smoothed")
     assert len(filtered.finals) > 5
+    assert filtered.movements is None
+    assert smoothed.movements is not None
+    assert smoothed.movements.moved > 0
     assert f"| turning | 1 | {len(filtered.finals)} |" in capsys.readouterr().out
     kept = read_estimates(tmp_path / "kept" / "turning" / "1" / "estimates.parquet")
     assert sorted(kept) == [value.door for value in filtered.finals]
