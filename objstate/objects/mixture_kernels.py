@@ -363,6 +363,18 @@ def _mixed(noise: Noise, measured: float, first: float, second: float) -> Any:
 
 
 @_inner
+def _blended(beams: Beams, noise: Noise, i: int, expected: float) -> Any:
+    """Density of a range of a beam of which a part ends where a neighbour did, nearer or farther."""
+    density = 0.0
+    for j in (i - 1, i + 1):
+        if not (0 <= j < beams.measured.shape[0] and beams.measured[j] < np.inf):
+            continue
+        if abs(beams.measured[j] - beams.measured[i]) > STEP:
+            density += _mixed(noise, beams.measured[i], beams.measured[j], expected)
+    return density
+
+
+@_inner
 def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> Any:
     """Set ``work.beside`` and ``work.edges``: a beam may meet what its neighbours do.
 
@@ -451,7 +463,7 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
-        work.past[i] = _set_edges(beams, noise, i, work)
+        work.past[i] = _set_edges(beams, noise, i, work) + _blended(beams, noise, i, background)
         if background < np.inf:
             blurred = _scatter(noise, background) + beams.blur[i]
             work.past[i] += noise.hit * _bell(measured - background, blurred)
@@ -487,6 +499,7 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
             if work.edges[i, side] < expected:
                 mixed = _mixed(noise, measured, work.edges[i, side], expected)
                 before_it += work.beside[i, side] + mixed
+        before_it += _blended(beams, noise, i, expected)
     solid = (1.0 - passes) * met_it
     by_glass = past - met_it - before_it
     if work.bump[i] < np.inf:

@@ -9,11 +9,11 @@ n scans before has the weight 1 / (1 + n) in the evidence for an object's states
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import called_with, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 from objstate.linear import ROOT_TAU
 
@@ -25,6 +25,7 @@ ANYWHERE = 1.0  # 1/m, density of a range to another one
 CLOSEST = 1e-9  # m
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 class Ends(NamedTuple):
@@ -74,6 +75,17 @@ def follow(
     return Ends(points, 1.0 + met[:count], near + met[count:], returned)
 
 
+@_inner
+def _fades(away: float, middle: float) -> Any:
+    """Weight of an end at a distance ``away`` on the way to the ``middle``, beside the latter's.
+
+    It interpolates a process with exponential correlation: linearly where the middle is near.
+    """
+    middle = max(middle, CLOSEST)
+    left = math.expm1(-2.0 * max(middle - away, 0.0) / LENGTH)
+    return math.exp(-away / LENGTH) * left / math.expm1(-2.0 * middle / LENGTH)
+
+
 @called_with("f2 f1 f1 b1 f2 f2 b1 f f f1")
 @_compile
 def meet(
@@ -110,9 +122,11 @@ def meet(
                 if off < nearest or aside > 0.0:
                     nearest, distance, aside = off, met, 0.0
                     gap_x, gap_y = points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
-                    bent = math.hypot(gap_x, gap_y) * math.sqrt(part * (1.0 - part))
+                    gap = math.hypot(gap_x, gap_y)
+                    bent = gap * math.sqrt(part * (1.0 - part))
                     end = times[k - 1] if part < 0.5 else times[k]
-                    seen = end + 2.0 * min(part, 1.0 - part) * (between[k - 1] - end)
+                    seen = between[k - 1]
+                    seen += (end - seen) * _fades(gap * min(part, 1.0 - part), 0.5 * gap)
             elif along > 0.0 and abs(across) < aside:  # beyond both ends of the scan
                 nearest = abs(away - along) if came[i] or returned[k] else 0.0
                 aside, distance, bent, seen = abs(across), along, abs(across), times[k]

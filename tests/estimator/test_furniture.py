@@ -237,7 +237,7 @@ def test_a_table_that_was_moved_while_nobody_looked_is_found_again(aside: float)
     item = table("table", 0.0, 0.0)
     watch = Watch(item, rule(0.2), 0)
     here, there = np.array([0.05, 0.0, 0.1]), np.array([0.05 + aside, 0.1, 0.5])
-    poses = np.array(LOOKS).repeat(3, axis=0)
+    poses = np.array(LOOKS).repeat(4, axis=0)
     assert np.hypot(*(watch.look(here, poses, None).mean - here)[:2]) < 0.03
     watch.seconds += 600.0
     belief = watch.look(there, poses, None)

@@ -460,6 +460,28 @@ def test_ends_of_a_leaf_that_stands_free_tell_where_it_hangs_along_it() -> None:
     assert abs(along @ offset) < 0.01
 
 
+@pytest.mark.parametrize("mixed", [2.1, 2.2])
+def test_a_beam_that_meets_a_person_and_the_wall_behind_tells_little_of_a_leaf(
+    mixed: float,
+) -> None:
+    """A person stands before a doorway; one beam beside him reads something between."""
+    nothing = read(0.0)
+    along = np.where(nothing.directions[:, 1] > 0.2, nothing.directions[:, 1], np.nan)
+    wall = np.nan_to_num((1.2 - nothing.origins[:, 1]) / along, nan=np.inf)
+    wall[wall > RANGE_MAX] = np.inf
+    readings = wall.copy()
+    readings[72:97] = 0.6
+    blended = readings.copy()
+    blended[71] = mixed
+    without, told = (
+        np.log(after([nothing._replace(measured=each, background=wall)]).weights)
+        for each in (readings, blended)
+    )
+    out_of_view = len(told) - 1
+    gained = told - told[out_of_view] - (without - without[out_of_view])
+    assert gained.max() < 7.5
+
+
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))

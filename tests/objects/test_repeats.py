@@ -61,6 +61,16 @@ def test_a_surface_is_the_same_to_a_laser_whose_beams_meet_it_elsewhere(step_deg
     assert ends.times[[0, -1]].min() > 5.0  # also at both ends of what the laser sees
 
 
+def test_what_appears_between_two_surfaces_was_not_met_before() -> None:
+    """A wall at 2 m hides half of one at 5 m; then something stands where neither is seen."""
+    before = np.where(np.arange(len(ANGLES)) < 30, wall(2.0), wall(5.0))
+    after = before.copy()
+    after[30:34] = [2.2, 2.5, 3.0, 3.5]
+    times = scans(*[before] * 10, after).times
+    assert times[[29, 35]].min() > 8.0
+    assert times[30:34].max() < 1.5
+
+
 @pytest.mark.parametrize("measured", [2.0, np.inf])
 def test_one_beam_that_reads_the_same_again_repeats_itself(measured: float) -> None:
     ends = NO_ENDS
