@@ -48,7 +48,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
     (
         *(pose.drive, pose.leave, pose.rows, pose.wall_sums),
-        *(pose.meet_objects, pose.expect_objects),
+        *(pose.meet_objects, pose.expect_objects, pose.expect_each),
     ),
     (search.by_cell, search.look_round),
     (mixture.pooled, mixture.renew_robot, mixture.join, repeats.meet, repeats.share),

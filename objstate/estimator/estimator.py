@@ -86,9 +86,9 @@ class Estimator:
         self._sensing = sensing = Sensing(building, BeamModel(s.beam_model))
         self._thinned, self._schedule = Thinning(s.scans), Schedule(s.object_updates)
         self._believed = Believed(building, s, seed, beliefs or {}, history=history)
-        self._joint = JointUpdate(building, s, sensing, self._believed)
-        self._marginal = MarginalUpdate(s.object_updates, self._believed)
         scenery = Scenery(s, self._believed)
+        self._joint = JointUpdate(building, s, sensing, self._believed, scenery)
+        self._marginal = MarginalUpdate(s.object_updates, self._believed)
         self._robot = Robot(s, sensing, scenery, seed, localizes=belief == "own")
         self.odometry_error = self._robot.odometry_error  # as learnt so far
         self._start = Start(self._robot, initial_pose, is_global=global_start)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,8 +17,11 @@ from objstate.records import NANOSECONDS, Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
+    from objstate.localization import pose_update
     from objstate.objects import mixture_kernels as kernels
+    from objstate.sensing.sweeps import Scenery
 else:
+    pose_update = Later("objstate.localization.pose_update")
     kernels = Later("objstate.objects.mixture_kernels")
 
 ROUGH = 0.01  # m; standard deviation of the roughness of walls behind objects
@@ -35,6 +38,9 @@ class Exposure:
     walls: FloatArray  # (n,) m
     background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
     blur: FloatArray  # (n,) m^2, its variance
+    others: (
+        FloatArray  # (n,) 1/m, density of the ranges to other objects, in states of their belief
+    )
 
     @property
     def scan(self) -> Scan:
@@ -74,6 +80,7 @@ class Exposure:
             self.scan.ranges[chosen] - vantage.bias,
             self.background[chosen],
             self.blur[chosen],
+            self.others[chosen],
         )
 
 
@@ -86,12 +93,20 @@ class Seen(NamedTuple):
     is_observed: bool  # whether some of them reached it
 
 
+class Others(NamedTuple):
+    """The objects in range whose state isn't certain."""
+
+    names: Sequence[str]
+    scenery: Scenery  # the same in states of their beliefs
+    entries: FloatArray  # (j, n) m at which beams enter the circles that hold them
+
+
 class Exposures:
     """The exposures of a scan; walls are cast once for all objects.
 
-    Objects whose state is certain are expected at ranges ``known`` (n,) m. Pieces of wall have the
-    deviation ``wall_std`` m. ``carry`` gives how the robot's error carried over since an object was
-    seen last.
+    Objects whose state is certain are expected at ranges ``known`` (n,) m, ``others`` in states of
+    their beliefs. Pieces of wall have the deviation ``wall_std`` m. ``carry`` gives how the robot's
+    error carried over since an object was seen last.
     """
 
     def __init__(
@@ -100,6 +115,7 @@ class Exposures:
         vantage: Vantage,
         surfaces: Surfaces,
         known: Mapping[str, FloatArray],
+        others: Others,
         wall_std: float,
         carry: Callable[[str, Vantage], Carried],
     ) -> None:
@@ -110,13 +126,38 @@ class Exposures:
         squares = np.where(numbers >= 0, self._walls, 0.0) ** 2
         slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
         self._variance = wall_std**2 + of_pose + ROUGH**2 + slanted
+        self._others, noise = others, vantage.noise
+        self._densities = np.empty((len(others.names), len(squares)))  # of each other object
+        pose_update.expect_each(
+            others.scenery,
+            others.entries,
+            vantage.origins,
+            vantage.directions,
+            sight.scan.ranges - vantage.bias,
+            self._walls,
+            noise.variance,
+            noise.growth,
+            of_pose + ROUGH**2,
+            self._densities,
+        )
 
     def of(self, name: str, unless: Collection[str] = ()) -> Exposure:
         """The exposure of one object, before all certain ones ``unless`` they are named."""
         left_out = {name, *unless}
-        others = [ranges for other, ranges in self._known.items() if other not in left_out]
-        background = np.minimum.reduce([self._walls, *others])
+        known = [ranges for other, ranges in self._known.items() if other not in left_out]
+        background = np.minimum.reduce([self._walls, *known])
+        among = [k for k, other in enumerate(self._others.names) if other not in left_out]
+        entered = self._others.entries[among].min(axis=0, initial=np.inf)
+        is_beyond = self._sight.scan.ranges - self._vantage.bias > entered
+        others = self._densities[among].sum(axis=0) + np.where(is_beyond, pose_update.STANDING, 0.0)
         blur = np.where(np.isfinite(background), self._variance, 0.0)
         return Exposure(
-            name, self._sight, self._vantage, self._carry, self._walls, background, blur
+            name,
+            self._sight,
+            self._vantage,
+            self._carry,
+            self._walls,
+            background,
+            blur,
+            others,
         )

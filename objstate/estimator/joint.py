@@ -11,10 +11,11 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator.believed import Believed
 from objstate.estimator.doors import Doors
-from objstate.estimator.exposure import Exposures, Seen
+from objstate.estimator.exposure import Exposures, Others, Seen
 from objstate.estimator.furniture import Furniture
 from objstate.estimator.publishing import Fits, share_explained
 from objstate.estimator.robot import Robot
+from objstate.estimator.scenery import Scenery
 from objstate.estimator.sight import Sight
 from objstate.geometry import FloatArray
 from objstate.lazy import altered
@@ -41,9 +42,14 @@ class JointUpdate:
     """The update of joint posteriors, and what is learnt over all objects."""
 
     def __init__(
-        self, building: Building, settings: Settings, sensing: Sensing, believed: Believed
+        self,
+        building: Building,
+        settings: Settings,
+        sensing: Sensing,
+        believed: Believed,
+        scenery: Scenery,
     ) -> None:
-        self._sensing, self._believed = sensing, believed
+        self._sensing, self._believed, self._scenery = sensing, believed, scenery
         self._is_wanted = settings.object_updates.inference == "joint"
         self._doors = Doors(building, settings, sensing)
         self._models: tuple[JointModel, ...] = (self._doors, Furniture(building, settings))
@@ -69,14 +75,22 @@ class JointUpdate:
     ) -> Fits:
         """Update the named objects, at which beams point; return the share explained for each.
 
-        Objects whose state is certain are expected at ranges ``known`` (n,) m.
+        Objects whose state is certain are expected at ranges ``known`` (n,) m, others in states of
+        their beliefs.
         """
         fits = Fits()
         if not names:
             return fits
         vantage = robot.vantage(sight.scan)
         surfaces = self._sensing.surfaces(sight.height)
-        exposures = Exposures(sight, vantage, surfaces, known, robot.wall_std, robot.carried)
+        rows = [k for k, name in enumerate(sight.names) if name not in known]
+        uncertain = [sight.names[k] for k in rows]
+        represented = self._scenery.represented(uncertain)
+        scenery = self._sensing.scenery(represented, sight.height)
+        others = Others(uncertain, scenery, sight.entries[rows])
+        exposures = Exposures(
+            sight, vantage, surfaces, known, others, robot.wall_std, robot.carried
+        )
         for model in self._models:
             pointed_at = [name for name in names if name in model]
             for name, seen in model.observe(pointed_at, self._believed, exposures).items():

@@ -37,7 +37,6 @@ LEAST_S = 0.005  # s; least duration of an odometry step that determines the vel
 SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in common
 SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its length
 LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
-STANDING = 0.5  # 1/m, density of ranges to an object in any of its states
 BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam counts for walls
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
 FEWEST = 3  # beams on a piece of wall from which it is followed
@@ -55,7 +54,7 @@ FIRST_RANGES, FIRST_SLOPES = np.array((1.0, 5.0, 5.0)), np.array((0.0, 0.0, 1.0)
 # m, least deviation of a range; largest growth of its variance with the range
 LEAST_STD, MOST_GROWTH = 0.001, 0.05
 NOISIEST = 2.0  # times the first guess of a range's deviation: the largest that is learnt
-FIT = 9  # number of sums of the noise's fit
+FIT = 10  # number of sums of the noise's fit, the last one of beams
 UPPER = np.triu_indices(3)  # of a symmetric matrix of its three terms
 COMMON = np.arange(POSE + 2)  # columns on which all beams depend: pose and shift
 FIRST_TOGETHER = 0.5  # initial correlation of errors
@@ -268,7 +267,7 @@ class PoseFilter:
         return self._known_noise[laser]
 
     def _noise_of(self, sums: FloatArray) -> RangeNoise:
-        count, a, b, aa, ab, bb, own, of_a, of_b = (sums + self._first_fit).tolist()
+        count, a, b, aa, ab, bb, own, of_a, of_b = (sums[:-1] + self._first_fit).tolist()
         first, most = self._error.range_std_m**2, MOST_GROWTH**2
         # the products of growth and slant, and of these with the squared errors, about their means
         aa, ab, bb = aa - a * a / count, ab - a * b / count, bb - b * b / count
@@ -432,7 +431,7 @@ class PoseFilter:
         """The beam model of a scan, as the loops take it."""
         return pose_update.Densities(
             *self._shares(scan.range_max),
-            STANDING,
+            pose_update.STANDING,
             *self.range_noise(scan.laser),
             self.wall_std**2,
             self.independence(scan.laser).both,
@@ -588,7 +587,9 @@ class PoseFilter:
         self._residuals[laser] = residuals
         total = self._noise.get(laser, np.zeros(FIT + 4)) + found
         self._known_noise.pop(laser, None)
-        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[FIT + 3]), 1.0), 1.0) * total
+        for sums, beams in ((total[:FIT], total[FIT - 1]), (total[FIT:], total[FIT + 3])):
+            sums *= min(LEARNT_BEAMS / max(float(beams), 1.0), 1.0)
+        self._noise[laser] = total
 
 
 class _Leaving(NamedTuple):
@@ -625,7 +626,7 @@ class _Taken(NamedTuple):
     told: IntArray  # (t,) columns of the state on which readings depend
     gain: FloatArray  # (m, t) what is subtracted for each error in these
     shift: FloatArray  # (m,) of the mean
-    sums: FloatArray  # (9,) of the fit of ``RangeNoise``
+    sums: FloatArray  # (10,) of the fit of ``RangeNoise``
     residuals: FloatArray  # (n,) in standard deviations
 
     def reduced(self, errors: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ SHIFTS = 2
 OFFSET = 11
 SURELY_HIT = 3.0  # deviations within which a range counts for the noise
 CUT_OFF = 0.973  # mean square of a standard normal variable that is cut off there
+STANDING = 0.5  # 1/m, density of ranges to an object in any of its states
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -374,6 +375,50 @@ def meet_objects(
             first, start = objects.outline_ends[j], objects.placement_ends[j]
 
 
+@called_with("scenery f2 f2 f2 f1 f1 f f f f2")
+@_compile
+def expect_each(
+    objects: Scenery,
+    entries: FloatArray,
+    origins: FloatArray,
+    directions: FloatArray,
+    measured: FloatArray,
+    walls: FloatArray,
+    variance: float,
+    growth: float,
+    blur: float,
+    out: FloatArray,
+) -> None:
+    """Set ``out`` (j, n) to the density, 1/m, with which each object in its places reads a range.
+
+    The ``measured`` ranges (n,) m have a ``variance`` m^2 that grows with the squared range by
+    ``growth``. The objects' surfaces are ``blur`` m^2 off, along their normals. What stands behind
+    the ``walls`` (n,) m isn't met. Beams come to the objects at ``entries`` (j, n) m.
+    """
+    for i in range(measured.shape[0]):
+        first, start, dx, dy = 0, 0, directions[i, 0], directions[i, 1]
+        for j in range(objects.rims.shape[0]):
+            past, out[j, i] = objects.outline_ends[j], 0.0
+            may_meet = entries[j, i] < measured[i] < np.inf
+            for s in range(start, objects.placement_ends[j] if may_meet else start):
+                distance, nx, ny = _meet_outline(
+                    objects.outlines,
+                    first,
+                    past,
+                    objects.placements[s],
+                    origins[i, 0],
+                    origins[i, 1],
+                    dx,
+                    dy,
+                )
+                if distance < walls[i]:
+                    cosine, off = max(abs(nx * dx + ny * dy), GRAZING), measured[i] - distance
+                    spread = variance + growth * distance * distance + blur / (cosine * cosine)
+                    density = math.exp(-0.5 * off * off / spread) / (ROOT_TAU * math.sqrt(spread))
+                    out[j, i] += objects.shares[s] * density
+            first, start = past, objects.placement_ends[j]
+
+
 @called_with("b1 readings scenery f2 f2 f1 f1 f1 f1 f f2 densities")
 @_compile
 def expect_objects(
@@ -450,7 +495,7 @@ def _inform(
 def _note_error(
     weight: float, square: float, slanted: float, error: float, sums: FloatArray
 ) -> None:
-    """Add a beam's squared range, squared tangent and squared error to ``sums`` (9,)."""
+    """Add a beam's squared range, squared tangent and squared error to ``sums`` (10,)."""
     slanted *= square
     sums[0] += weight
     sums[1] += weight * square
@@ -461,6 +506,7 @@ def _note_error(
     sums[6] += weight * error
     sums[7] += weight * square * error
     sums[8] += weight * slanted * error
+    sums[9] += 1.0
 
 
 @called_with("b1 readings f1 f2 densities f2 f1 f1 f1")
@@ -482,10 +528,10 @@ def gather(
     that the state's ``covariance`` (m, m) gives, or something else did: the beam counts as much as
     the mixture of both posteriors has mean and covariance (probabilistic data association,
     Bar-Shalom and Tse 1975), to the power of the independence of its error.
-    ``sums`` (9,) are those of a weighted least squares fit of squared errors to their variance,
+    ``sums`` (10,) are those of a weighted least squares fit of squared errors to their variance,
     over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
-    and of these with the squared errors (3). ``residuals`` (n,) are in deviations, NaN for other
-    beams.
+    and of these with the squared errors (3), and their number. ``residuals`` (n,) are in deviations,
+    NaN for other beams.
     """
     columns, known = beams.columns, np.zeros((OFFSET, OFFSET))
     shared = _shared(covariance, columns)

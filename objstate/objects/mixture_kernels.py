@@ -48,7 +48,7 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@record("beams", "f1 f2 f2 f1 f1 f1")
+@record("beams", "f1 f2 f2 f1 f1 f1 f1")
 class Beams(NamedTuple):
     """The beams that may meet an object, in the scan's order, from the robot's mean pose."""
 
@@ -58,6 +58,7 @@ class Beams(NamedTuple):
     measured: FloatArray  # (n,) m, inf without return
     background: FloatArray  # (n,) m, expected without the object
     blur: FloatArray  # (n,) m^2, the variance of the background
+    others: FloatArray  # (n,) 1/m, density of the range to other objects, whose state isn't known
 
 
 @record("noise", "f f f f f f f f f f f f f f")
@@ -464,6 +465,7 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
         work.past[i] = _set_edges(beams, noise, i, work) + _blended(beams, noise, i, background)
+        work.past[i] += noise.hit * beams.others[i]
         if background < np.inf:
             blurred = _scatter(noise, background) + beams.blur[i]
             work.past[i] += noise.hit * _bell(measured - background, blurred)
@@ -500,6 +502,7 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
                 mixed = _mixed(noise, measured, work.edges[i, side], expected)
                 before_it += work.beside[i, side] + mixed
         before_it += _blended(beams, noise, i, expected)
+        before_it += noise.hit * beams.others[i] if measured < expected else 0.0
     solid = (1.0 - passes) * met_it
     by_glass = past - met_it - before_it
     if work.bump[i] < np.inf:

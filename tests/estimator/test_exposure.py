@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from objstate.config import BeamModelSettings
-from objstate.estimator.exposure import Exposures
+from objstate.estimator.exposure import Exposures, Others
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray
@@ -26,7 +26,8 @@ def exposures(ranges: FloatArray, known: dict[str, FloatArray]) -> Exposures:
     sight = Sight.of(scan, robot, sensing, Surroundings(PLACE))
     vantage = Vantage.of(robot, scan, RangeNoise(0.01**2, 0.0, 0.0))
     surfaces = sensing.surfaces(sight.height)
-    return Exposures(sight, vantage, surfaces, known, 0.02, lambda *_: NOTHING)
+    others = Others((), sensing.scenery((), sight.height), np.empty((0, len(scan))))
+    return Exposures(sight, vantage, surfaces, known, others, 0.02, lambda *_: NOTHING)
 
 
 def test_an_object_stands_before_the_walls_and_all_others_but_not_itself() -> None:

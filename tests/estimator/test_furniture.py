@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from objstate.building.model import Building, Mesh, MovableObject
 from objstate.config import Dynamics, FurnitureSettings, ObjectRule, Settings
-from objstate.estimator.exposure import Exposure, Exposures
+from objstate.estimator.exposure import Exposure, Exposures, Others
 from objstate.estimator.furniture import Furniture
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
@@ -91,7 +91,8 @@ class Watch:
             sight = Sight.of(scan, PoseBelief(pose[None], Weights.uniform(1)), self.sensing,
                              self.surroundings)  # fmt: skip
             surfaces = self.sensing.surfaces(sight.height)
-            exposures = Exposures(sight, vantage, surfaces, {}, 0.0, lambda *_: CARRIED)
+            others = Others((), self.sensing.scenery((), sight.height), np.empty((0, len(scan))))
+            exposures = Exposures(sight, vantage, surfaces, {}, others, 0.0, lambda *_: CARRIED)
             name = self.item.name
             believed = SimpleNamespace(marginals={name: self.belief}, rngs={name: self.rng})
             seen = self.furniture.observe([name], believed, Blurred(exposures))

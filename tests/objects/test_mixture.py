@@ -107,7 +107,7 @@ def read(
         np.ascontiguousarray(directions[:, :2]),
         np.where(ranges > RANGE_MAX, np.inf, ranges),
         nothing,
-        np.zeros(len(rays)),
+        *np.zeros((2, len(rays))),
     )
 
 
@@ -295,6 +295,7 @@ def test_the_other_leaf_of_a_closed_double_door_is_no_part_of_a_leaf(slides: boo
             ranges + 0.01 * rng.standard_normal(len(ranges)),
             background,
             np.full(len(ranges), 1e-4),
+            np.zeros(len(ranges)),
         )
         mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, precise, seen)
     assert mixture.weights[way.cells] > 0.9
@@ -444,7 +445,12 @@ def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
         background = np.where(np.arange(4) == 0, 1.0, behind)
         measured = np.array([1.0, 3.0, leaf_range[2], leaf_range[3]])
         beams = Beams(
-            alone.place, np.tile(POSE[:2], (4, 1)), directions, measured, background, np.zeros(4)
+            alone.place,
+            np.tile(POSE[:2], (4, 1)),
+            directions,
+            measured,
+            background,
+            *np.zeros((2, 4)),
         )
         evidence.append(log_evidence_of_closed(beams))
     assert evidence[1] == pytest.approx(evidence[0], abs=0.1)
