@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from objstate.building.door_table import Door
 from objstate.building.from_map import building_of_map
 from objstate.building.model import Building, Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
@@ -18,8 +21,12 @@ from objstate.errors import BuildingError
 SAME = 1e-3  # m, of walls: meshes are written with float32 numbers
 
 
-def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None, list[str]]:
+def map_of_learnt(
+    folder: Path, building: Building, table: Iterable[Door]
+) -> tuple[OccupancyMap | None, list[str]]:
     """The map in which ``learn`` found the doors of the building in a folder, and warnings.
+
+    The folder's ``table`` of doors tells how far open the map shows them.
 
     None where it isn't told, can't be read, or has other walls than the building.
     """
@@ -28,7 +35,7 @@ def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None
         return None, []
     try:
         plan = read_map(_found(folder.resolve().parent / name, Path(name)))
-        if not _has_walls(plan, building):
+        if not _has_walls(plan, building, {door.name: door.in_map for door in table}):
             raise BuildingError(f"The map {name} with the building's doors has other walls.")
     except BuildingError as error:
         told = (
@@ -66,10 +73,11 @@ def _found(*places: Path) -> Path:
     )
 
 
-def _has_walls(plan: OccupancyMap, building: Building) -> bool:
-    """Whether a map has the walls of a building with its doors. Raises BuildingError."""
+def _has_walls(plan: OccupancyMap, building: Building, in_map: Mapping[str, float | None]) -> bool:
+    """Whether a map, which shows doors open so far, has a building's walls. Raises BuildingError."""
     rows = [row_of(item) for item in building.objects.values()]
-    made = building_of_map(plan, [row.door for row in rows if row is not None])
+    doors = [replace(row.door, in_map=in_map.get(row.name)) for row in rows if row is not None]
+    made = building_of_map(plan, doors)
     return _is_same(made.walls, building.walls)
 
 

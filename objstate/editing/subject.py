@@ -105,7 +105,8 @@ def _of_building(path: Path) -> Opened:
     """A building, the map in which it was learnt, its sidecar, and warnings."""
     urdf = urdf_of(path)
     building = load_building(urdf)
-    plan, warnings = map_of_learnt(folder_of(path), building)
+    folder = folder_of(path)
+    plan, warnings = map_of_learnt(folder, building, _table(folder / DOORS_FILE))
     return building, plan, sidecar_text(urdf), warnings
 
 

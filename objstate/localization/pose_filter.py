@@ -587,9 +587,8 @@ class PoseFilter:
         self._residuals[laser] = residuals
         total = self._noise.get(laser, np.zeros(FIT + 4)) + found
         self._known_noise.pop(laser, None)
-        for sums, beams in ((total[:FIT], total[FIT - 1]), (total[FIT:], total[FIT + 3])):
-            sums *= min(LEARNT_BEAMS / max(float(beams), 1.0), 1.0)
-        self._noise[laser] = total
+        fitted, together = np.minimum(LEARNT_BEAMS / np.maximum(total[[FIT - 1, -1]], 1.0), 1.0)
+        self._noise[laser] = np.concatenate([fitted * total[:FIT], together * total[FIT:]])
 
 
 class _Leaving(NamedTuple):

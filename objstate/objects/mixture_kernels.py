@@ -33,6 +33,7 @@ MOST_LOOKS = 3  # most linearizations before that of the evidence, where errors 
 WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
 FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
+BESIDE = 4  # surfaces beside a beam, see ``Work.beside``
 SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
 # what a leaf may have: a handle at the laser's height, and glass; probabilities before any scan,
 # and the least that is left of each
@@ -114,8 +115,10 @@ class Work(NamedTuple):
     kinds: FloatArray  # (2,) probabilities of a handle and of glass, by the beams so far
     slopes: FloatArray  # (2,) derivatives of the density of a range by these
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
-    beside: FloatArray  # (n, 2) 1/m, densities of a range to surfaces that end on its two sides
-    edges: FloatArray  # (n, 2) m to these surfaces, inf for none
+    # (n, 4) 1/m, densities of a range to surfaces that end beside it: on its two sides in the model,
+    # and as the two neighbours read, which only stop a part of it
+    beside: FloatArray
+    edges: FloatArray  # (n, 4) m to these surfaces, inf for none
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
@@ -354,48 +357,45 @@ def _continued(beams: Beams, i: int, j: int, k: int) -> Any:
 
 @_inner
 def _mixed(noise: Noise, measured: float, first: float, second: float) -> Any:
-    """Density of a range of a beam that meets two surfaces at once: it lies between theirs."""
+    """Density of a range of a beam that meets two surfaces at once: it lies between theirs.
+
+    Uniform between them, and blurred by a uniform error with the variance of the noise.
+    """
     nearer, farther = min(first, second), min(max(first, second), noise.range_max)
-    if not nearer + STEP < farther:
-        return 0.0
-    std = ROOT_2 * math.sqrt(_scatter(noise, measured) + FOOTPRINT * FOOTPRINT)
-    inside = math.erfc((nearer - measured) / std) - math.erfc((farther - measured) / std)
-    return noise.edge * noise.hit * 0.5 * inside / (farther - nearer)
-
-
-@_inner
-def _blended(beams: Beams, noise: Noise, i: int, expected: float) -> Any:
-    """Density of a range of a beam of which a part ends where a neighbour did, nearer or farther."""
-    density = 0.0
-    for j in (i - 1, i + 1):
-        if not (0 <= j < beams.measured.shape[0] and beams.measured[j] < np.inf):
-            continue
-        if abs(beams.measured[j] - beams.measured[i]) > STEP:
-            density += _mixed(noise, beams.measured[i], beams.measured[j], expected)
-    return density
+    is_edge = 1.0 if nearer + STEP < farther else 0.0
+    blur = math.sqrt(12.0 * (_scatter(noise, measured) + FOOTPRINT * FOOTPRINT))
+    begun, ended = (measured - nearer) / blur + 0.5, (measured - farther) / blur + 0.5
+    inside = min(max(begun, 0.0), 1.0) - min(max(ended, 0.0), 1.0)
+    return is_edge * noise.edge * noise.hit * inside / max(farther - nearer, STEP)
 
 
 @_inner
 def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> Any:
     """Set ``work.beside`` and ``work.edges``: a beam may meet what its neighbours do.
 
-    That is so where the surface that a neighbour meets, continued, is another than the beam's own.
-    It may end farther on than modelled, or stop a part of the beam. Returned is the density of the
-    range where nothing is before the background.
+    That is so where the surface that a neighbour should meet, continued, is another than the beam's
+    own. It may end farther on than modelled, or stop a part of the beam. So may what a neighbour
+    did meet, nearer or farther than the beam. Returned is the density of the range where nothing is
+    before the background.
     """
-    background, density = beams.background, 0.0
+    background, measured, density = beams.background, beams.measured, 0.0
     for side in range(2):
         step = 2 * side - 1
         j = i + step
-        if not (0 <= j < background.shape[0] and background[j] < np.inf):
+        if not 0 <= j < background.shape[0]:
             continue
-        distance = _continued(beams, i, j, j + step)
-        if abs(distance - background[i]) > STEP:
-            variance = _scatter(noise, distance) + FOOTPRINT * FOOTPRINT + beams.blur[j]
-            bell = _bell(beams.measured[i] - distance, variance)
-            work.beside[i, side], work.edges[i, side] = noise.edge * noise.hit * bell, distance
-            mixed = _mixed(noise, beams.measured[i], distance, background[i])
-            density += work.beside[i, side] + mixed
+        if background[j] < np.inf:
+            distance = _continued(beams, i, j, j + step)
+            if abs(distance - background[i]) > STEP:
+                variance = _scatter(noise, distance) + FOOTPRINT * FOOTPRINT + beams.blur[j]
+                bell = _bell(measured[i] - distance, variance)
+                work.beside[i, side], work.edges[i, side] = noise.edge * noise.hit * bell, distance
+                density += work.beside[i, side]
+        if measured[j] < np.inf and abs(measured[j] - measured[i]) > STEP:
+            work.edges[i, 2 + side] = measured[j]
+    for side in range(BESIDE):
+        if work.edges[i, side] < np.inf:
+            density += _mixed(noise, measured[i], work.edges[i, side], background[i])
     return density
 
 
@@ -457,14 +457,13 @@ def _variance(
 @_inner
 def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     """Set the densities of ``work`` that don't depend on the state."""
-    work.beside[:], work.edges[:] = 0.0, np.inf
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
-        work.past[i] = _set_edges(beams, noise, i, work) + _blended(beams, noise, i, background)
+        work.past[i] = _set_edges(beams, noise, i, work)
         work.past[i] += noise.hit * beams.others[i]
         if background < np.inf:
             blurred = _scatter(noise, background) + beams.blur[i]
@@ -497,11 +496,10 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
     met_it, bumped, clear, before_it = 0.0, 0.0, 1.0, 0.0
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
-        for side in range(2):
-            if work.edges[i, side] < expected:
-                mixed = _mixed(noise, measured, work.edges[i, side], expected)
-                before_it += work.beside[i, side] + mixed
-        before_it += _blended(beams, noise, i, expected)
+        for side in range(BESIDE):
+            is_before = 1.0 if work.edges[i, side] < expected else 0.0
+            mixed = _mixed(noise, measured, work.edges[i, side], expected)
+            before_it += is_before * (work.beside[i, side] + mixed)
         before_it += noise.hit * beams.others[i] if measured < expected else 0.0
     solid = (1.0 - passes) * met_it
     by_glass = past - met_it - before_it
@@ -884,8 +882,8 @@ def condition(
         np.empty(len(KINDS)),
         np.empty(len(KINDS)),
         np.empty(count),
-        np.empty((count, 2)),
-        np.empty((count, 2)),
+        np.zeros((count, BESIDE)),
+        np.full((count, BESIDE), np.inf),
         np.empty(count),
         np.empty(count),
         np.empty((count, 2)),

@@ -130,8 +130,9 @@ def test_a_bug_shows_where_it_is(run, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "bug in objstate" in outcome.err
 
 
-def test_the_shim_starts_the_command_line() -> None:
-    command = [sys.executable, str(ROOT / "cli.py"), "--version"]
+@pytest.mark.parametrize("started", [(str(ROOT / "cli.py"),), ("-m", "objstate")])
+def test_the_command_line_starts_from_a_checkout_and_as_a_module(started: tuple[str, ...]) -> None:
+    command = [sys.executable, *started, "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("objstate ")
 

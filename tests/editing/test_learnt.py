@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from objstate.building import building_from_map, load_building
+from objstate.building.door_table import door_rows
 from objstate.building.from_map import building_of_map
 from objstate.building.occupancy import read_map
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, write_buildings
@@ -66,6 +67,30 @@ def test_walls_are_those_of_the_map_with_the_same_table(
     again = subject_of(found)
     assert again.warnings == ()
     assert again.plan is not None
+
+
+def test_what_stands_within_a_leafs_swing_stays_where_the_map_shows_the_leaf_elsewhere(
+    tmp_path: Path,
+) -> None:
+    """The map shows the leaf open by 80 degrees, and a cupboard 0.3 m behind the opening."""
+    plan, door = tmp_path / "plan.yaml", DOOR.model_copy(update={"in_map": 80.0})
+    write_map(plan)
+    picture = plan.with_suffix(".pgm")
+    pixels = np.array(Image.open(picture))
+    pixels[2:5, 50:56] = 0
+    Image.fromarray(pixels).save(picture)
+    building = replace(building_of_map(read_map(plan), [door.door]), name="building")
+    assert (building.walls.vertices[:, 1] > 2.7).any()
+    beside = {
+        LEARN_FILE: json.dumps({"map": "plan.yaml", "drives": [], "doors": []}),
+        DOORS_FILE: door_rows([door.door]),
+    }
+    found = write_buildings(tmp_path / "found", {".": building}, {}, beside)[0].parent
+    subject = subject_of(found)
+    assert subject.warnings == ()
+    save_with(subject, "rejected")
+    walls = load_building(found / "building.urdf").walls
+    assert walls.vertices == pytest.approx(building_of_map(read_map(plan)).walls.vertices, abs=1e-5)
 
 
 @pytest.mark.parametrize("other", [None, 12])

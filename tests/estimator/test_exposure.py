@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray
 from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage
 from objstate.particles import Weights
-from objstate.sensing import BeamModel, Sensing
+from objstate.sensing import BeamModel, Sensing, UncertainObject
 from tests.rooms import building, door, enclosure, fan, scan_of
 
 RAYS = fan(90, 2 * np.pi)
@@ -20,14 +22,26 @@ PLACE = building(enclosure(8.0, 6.0), door("a", 2.0, 1.0, 0.3), door("b", -2.0, 
 NOTHING = Carried(np.zeros((3, 3)), np.zeros((3, 3)))
 
 
-def exposures(ranges: FloatArray, known: dict[str, FloatArray]) -> Exposures:
+def exposures(
+    ranges: FloatArray, known: dict[str, FloatArray], others: Mapping[str, FloatArray] | None = None
+) -> Exposures:
+    """What a scan shows; ``others`` may stand in states (s, 1)."""
     scan, robot = scan_of(ranges, RAYS, 10**9), PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
     sensing = Sensing(PLACE, BeamModel(BeamModelSettings()))
     sight = Sight.of(scan, robot, sensing, Surroundings(PLACE))
     vantage = Vantage.of(robot, scan, RangeNoise(0.01**2, 0.0, 0.0))
     surfaces = sensing.surfaces(sight.height)
-    others = Others((), sensing.scenery((), sight.height), np.empty((0, len(scan))))
-    return Exposures(sight, vantage, surfaces, known, others, 0.02, lambda *_: NOTHING)
+    places = others or {}
+    scenery = sensing.scenery(
+        [
+            UncertainObject(name, each, np.full(len(each), 1 / len(each)))
+            for name, each in places.items()
+        ],
+        sight.height,
+    )
+    entries = np.reshape([sight.entered(name) for name in places], (len(places), len(scan)))
+    among = Others(list(places), scenery, entries)
+    return Exposures(sight, vantage, surfaces, known, among, 0.02, lambda *_: NOTHING)
 
 
 def test_an_object_stands_before_the_walls_and_all_others_but_not_itself() -> None:
@@ -49,6 +63,26 @@ def test_beams_that_end_before_the_background_are_stopped() -> None:
     ends = exposure.stopped
     near = ends[np.hypot(*ends.T) < 2.0]
     assert np.sort(near, axis=0) == pytest.approx(np.sort(1.5 * directions, axis=0), abs=1e-6)
+
+
+def test_a_beam_may_end_on_another_object_in_a_state_of_its_belief() -> None:
+    """Door b, 0.9 m wide and hung at (-2, 1) with a bearing of 0.3 rad, is closed or open by 1 rad."""
+    robot_to_leaf = np.array([-2.0, 1.0]) + 0.5 * np.array([np.cos(0.3), np.sin(0.3)])
+    beam = int(np.abs(RAYS.directions[:, :2] @ robot_to_leaf).argmax())
+    if RAYS.directions[beam, :2] @ robot_to_leaf < 0.0:
+        beam = (beam + len(RAYS) // 2) % len(RAYS)
+    dx, dy = RAYS.directions[beam, :2]
+    normal = np.array([-np.sin(0.3), np.cos(0.3)])
+    onto_leaf = (normal @ [-2.0, 1.0] - 0.02) / (normal @ [dx, dy])
+    densities = {}
+    for read in (0.5, onto_leaf, onto_leaf + 0.2):
+        every = exposures(np.full(len(RAYS), read), {}, {"b": np.array([[0.0], [1.0]])})
+        densities[read] = every.of("a").others[beam]
+        assert every.of("b").others[beam] == 0.0
+    before, on_it, beyond = densities.values()
+    assert before == 0.0  # the beam hasn't come to where the leaf may be
+    assert beyond == pytest.approx(0.5, abs=0.1)  # it may stand anywhere
+    assert on_it > 10.0
 
 
 def test_time_since_a_stamp_never_runs_backwards() -> None:

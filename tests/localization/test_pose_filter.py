@@ -112,6 +112,25 @@ def test_noise_that_grows_with_the_incidence_is_learnt() -> None:
     assert np.sqrt(noise.growth) < 0.0015
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_noise_is_averaged_over_the_beams_that_tell_it(seed: int) -> None:
+    """A robot stands, and all but 13 of its beams may meet an object."""
+    rng, walls = np.random.default_rng(seed), Surfaces(np.hstack([ROOM, np.roll(ROOM, -1, axis=0)]))
+    pose, noise = np.array([0.1, 0.1, 0.005]), []
+    robot = filter_at(pose, np.full(3, 5e-3))
+    directions = np.column_stack([np.cos(BEARINGS), np.sin(BEARINGS), np.zeros(360)])
+    rays, far = Rays(np.tile([0.0, 0.0, 0.3], (360, 1)), directions), np.full(360, np.inf)
+    entered = np.where(np.abs(BEARINGS) < np.radians(6.0), np.inf, 0.5)
+    for number in range(900):
+        robot.drive(np.zeros(3), Variances(0.0, 0.0), PERIOD)
+        ranges = read_in_the_room(np.tile(pose, (360, 1)), rng)
+        scan = Scan(round(number * PERIOD * 1e9), "lidar", ranges, rays, 0.05, 20.0)
+        robot.correct(scan, walls, far, entered, NO_OBJECTS, NO_OBJECTS)
+        noise.append(robot.range_noise("lidar"))
+    at_2_m = [np.sqrt(each.variance + 4.0 * each.growth) for each in noise[500::100]]
+    np.testing.assert_allclose(at_2_m, SIGMA, atol=2e-4)
+
+
 @given(st.integers(-3, 3), st.integers(0, 100))
 def test_errors_that_repeat_are_noticed_though_the_number_of_beams_changes(
     more: int, seed: int

@@ -488,6 +488,21 @@ def test_a_beam_that_meets_a_person_and_the_wall_behind_tells_little_of_a_leaf(
     assert gained.max() < 7.5
 
 
+def test_a_beam_that_may_have_met_another_door_tells_little_of_this_one() -> None:
+    """One beam reads the closed leaf, or that of another door whose state isn't known."""
+    closed = read(0.0)
+    one = np.flatnonzero(np.isfinite(closed.measured))[10:11]
+    alone = Beams(closed.place, *(each[one] for each in closed[1:]))
+    alone = alone._replace(background=np.full(1, 3.0))
+    told = []
+    for density in (0.0, 10.0):
+        mixture = after([alone._replace(others=np.full(1, density))])
+        gained = np.log(mixture.weights) - np.log(doorway().prior)
+        told.append(gained.max() - gained.min())
+    assert told[0] > 5.0
+    assert told[1] < 1.5
+
+
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
