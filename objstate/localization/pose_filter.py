@@ -47,7 +47,9 @@ SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s: error of odometry wh
 NEGLIGIBLE = 1e-3  # probability of slipping below which one linearization is enough
 EVERY = 3  # of so many beams, one is used to detect slipping
 SLIP_S = 0.5  # s, mean duration of a slip
-LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
+# beams over which a laser's noise is averaged, as the map's error differs from place to place, and
+# its correlations
+LEARNT_BEAMS = np.array([2000.0, 4000.0])
 FIRST_BEAMS = 200.0  # beams that the first guess of the noise counts for
 # m, ranges of these beams; squared tangents of their incidence
 FIRST_RANGES, FIRST_SLOPES = np.array((1.0, 5.0, 5.0)), np.array((0.0, 0.0, 1.0))
