@@ -223,7 +223,7 @@ class BuildingErrorSettings(Strict):
     clock_std_s: ClassVar[float] = 0.02  # offset of a laser's stamps from the odometry's
     sweep_std_s: ClassVar[float] = 0.05  # duration of a sweep that the log doesn't tell
     range_std_m: ClassVar[float] = 0.03  # noise of a range
-    robot_length_m: Positive = 0.5  # distance over which a recorded belief's error decorrelates
+    robot_length_m: Positive = 0.5  # over which a single recorded belief's error decorrelates
     doors: dict[str, DoorErrorSettings] = {}  # by name, in place of hinge_std_m and bearing_std_deg
 
 

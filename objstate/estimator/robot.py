@@ -10,7 +10,7 @@ import numpy as np
 from objstate.config import Settings
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.sight import Near, Sight
-from objstate.geometry import BoolArray, FloatArray, between, whitened
+from objstate.geometry import BoolArray, FloatArray, between, whitened, wrap
 from objstate.localization import (
     NOTHING,
     Carried,
@@ -57,7 +57,6 @@ class Robot:
         self.odometry: FloatArray | None = None  # (3,) the last reading
         self.odometry_error = OdometryError(settings.odometry_error)  # as learnt so far
         self.driven_ns: int | None = None  # until the last reading
-        self._driven_m = 0.0  # likewise
         self._corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
         self._localizer = Localizer(settings.localization)
         self._filter: PoseFilter | None = None  # while the pose is known to centimetres
@@ -130,10 +129,16 @@ class Robot:
 
     def take(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
         """Follow a recorded belief."""
+        before = self._belief
         if isinstance(record, RobotBelief):
             self.follow(PoseBelief(record.poses, Weights.of(record.weights)))
         else:
             self.start(record.mean, record.covariance)
+        is_start = isinstance(record, InitialPose)
+        if before is not None and self._belief is not None and not (self.localizes or is_start):
+            off = self._belief.mean - before.mean
+            off[2] = wrap(off[2])
+            self._decorrelation.renew(off, self._belief.covariance)
 
     def found(self, place: FloatArray, learnt: Learnt) -> None:
         """Follow a place (3,) found by a search, with what was learnt before it was left."""
@@ -146,7 +151,7 @@ class Robot:
         """p(l) <- integral of p(l | a, l') p(l'), for an odometry reading a, the ``pose`` (3,)."""
         if self.odometry is not None and self.driven_ns is not None:
             step = between(self.odometry, pose)
-            self._driven_m += math.hypot(step[0], step[1])
+            self._decorrelation.drive(math.hypot(step[0], step[1]))
             self._predict(step, (stamp_ns - self.driven_ns) / NANOSECONDS)
         self.odometry, self.driven_ns = pose, stamp_ns
 
@@ -267,4 +272,4 @@ class Robot:
         """How the error carried over since an object was last observed; it is observed now."""
         if self._filter is not None:
             return self._filter.carried(name, vantage)
-        return self._decorrelation.carried(name, self._driven_m, vantage.covariance)
+        return self._decorrelation.carried(name, vantage.covariance)

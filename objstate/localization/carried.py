@@ -15,6 +15,8 @@ import numpy as np
 from objstate.geometry import FloatArray
 
 POSE = 3  # numbers of a pose: x, y, yaw
+FLOOR = np.diag([1e-3, 1e-3, 1e-3]) ** 2  # m^2, rad^2, beside which a covariance may be nothing
+LEAST_KEPT = 1e-3  # share of an error that is kept from one recorded belief to the next
 
 
 class Carried(NamedTuple):
@@ -27,19 +29,40 @@ class Carried(NamedTuple):
 class Decorrelation:
     """Errors of a recorded robot belief, of which only the covariance is known.
 
-    They decorrelate exponentially with the distance driven.
+    They decorrelate from one belief to the next, which shows in how far a belief is off what
+    odometry made of the last one: if a share of the error is kept, the squared distance in units of
+    the covariance is 2 (1 - kept) in each direction on average. More than 2 says that the
+    covariance is too small. After a single belief, errors decorrelate with the distance driven.
     """
 
     def __init__(self, length_m: float) -> None:
         self._length_m = length_m
-        self._driven: dict[str, float] = {}  # m, when an object was last observed
+        self._age = 0.0  # over which errors decrease by a factor of e, so far
+        self._ages: dict[str, float] = {}  # when an object was last observed
+        self._squares, self._directions = 0.0, 0
 
-    def carried(self, name: str, driven_m: float, covariance: FloatArray) -> Carried:
+    def drive(self, way_m: float) -> None:
+        """Note a distance driven."""
+        if self._directions == 0:
+            self._age += way_m / self._length_m
+
+    def renew(self, off: FloatArray, covariance: FloatArray) -> None:
+        """Note a belief of a covariance (3, 3) whose mean is ``off`` (3,) the last one's."""
+        self._squares += float(off @ np.linalg.solve(covariance + FLOOR, off))
+        self._directions += POSE
+        self._age -= math.log(max(1.0 - 0.5 * self._strayed, LEAST_KEPT))
+
+    @property
+    def _strayed(self) -> float:
+        """Mean square of the distance of a belief from the last one, in deviations."""
+        return self._squares / max(self._directions, 1)
+
+    def carried(self, name: str, covariance: FloatArray) -> Carried:
         """The error since the object was last observed, for a present covariance (3, 3)."""
-        way = driven_m - self._driven.get(name, -math.inf)
-        self._driven[name] = driven_m
-        kept = math.exp(-way / self._length_m)
-        return Carried(kept * np.eye(3), (1.0 - kept**2) * covariance)
+        kept = math.exp(self._ages.get(name, -math.inf) - self._age)
+        self._ages[name] = self._age
+        wider = max(0.5 * self._strayed, 1.0)
+        return Carried(kept * np.eye(3), (1.0 - kept**2) * wider * covariance)
 
 
 class Clones:
