@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from objstate.building.door_table import Door
+from objstate.building.door_table import Door, read_doors
 from objstate.building.from_map import building_of_map
 from objstate.building.model import Building, Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
-from objstate.building.writing import LEARN_FILE
+from objstate.building.writing import DOORS_FILE, LEARN_FILE
 from objstate.editing.rows import row_of
 from objstate.errors import BuildingError
 
 SAME = 1e-3  # m, of walls: meshes are written with float32 numbers
 
 
-def map_of_learnt(
-    folder: Path, building: Building, table: Iterable[Door]
-) -> tuple[OccupancyMap | None, list[str]]:
-    """The map in which ``learn`` found the doors of the building in a folder, and warnings.
+def table_of(folder: Path) -> list[Door]:
+    """The doors in a folder's table, none without one. Raises BuildingError."""
+    path = folder / DOORS_FILE
+    return read_doors(path) if path.is_file() else []
 
-    The folder's ``table`` of doors tells how far open the map shows them.
+
+def map_of_learnt(folder: Path, building: Building) -> tuple[OccupancyMap | None, list[str]]:
+    """The map in which ``learn`` found the doors of the building in a folder, and warnings.
 
     None where it isn't told, can't be read, or has other walls than the building.
     """
@@ -35,7 +37,7 @@ def map_of_learnt(
         return None, []
     try:
         plan = read_map(_found(folder.resolve().parent / name, Path(name)))
-        if not _has_walls(plan, building, {door.name: door.in_map for door in table}):
+        if not _has_walls(plan, building, table_of(folder)):
             raise BuildingError(f"The map {name} with the building's doors has other walls.")
     except BuildingError as error:
         told = (
@@ -73,8 +75,12 @@ def _found(*places: Path) -> Path:
     )
 
 
-def _has_walls(plan: OccupancyMap, building: Building, in_map: Mapping[str, float | None]) -> bool:
-    """Whether a map, which shows doors open so far, has a building's walls. Raises BuildingError."""
+def _has_walls(plan: OccupancyMap, building: Building, table: Iterable[Door]) -> bool:
+    """Whether a map has a building's walls, its leaves being shown as a table of doors says.
+
+    Raises BuildingError.
+    """
+    in_map = {door.name: door.in_map for door in table}
     rows = [row_of(item) for item in building.objects.values()]
     doors = [replace(row.door, in_map=in_map.get(row.name)) for row in rows if row is not None]
     made = building_of_map(plan, doors)

@@ -16,8 +16,8 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, is_map, read_map
 from objstate.building.sidecar import sidecar_of_map, sidecar_text
 from objstate.building.urdf import urdf_of
-from objstate.building.writing import DECISIONS_FILE, DOORS_FILE
-from objstate.editing.learnt import map_of_learnt
+from objstate.building.writing import DECISIONS_FILE
+from objstate.editing.learnt import map_of_learnt, table_of
 from objstate.editing.merging import merged_rows
 from objstate.editing.rows import DoorRow, Edits, row_of
 from objstate.editing.target import folder_of, is_in_place, target_of
@@ -71,7 +71,7 @@ def subject_of(
     building, plan, sidecar, warnings = (_of_map if is_map(path) else _of_building)(path)
     table = None if candidates is None else Path(candidates)
     is_own = path.is_dir() or is_in_place(path, target)
-    own = _table(folder_of(path) / DOORS_FILE) if is_own else []
+    own = table_of(folder_of(path)) if is_own else []
     found = (
         [door for door in own if door.probability is not None]
         if table is None
@@ -105,8 +105,7 @@ def _of_building(path: Path) -> Opened:
     """A building, the map in which it was learnt, its sidecar, and warnings."""
     urdf = urdf_of(path)
     building = load_building(urdf)
-    folder = folder_of(path)
-    plan, warnings = map_of_learnt(folder, building, _table(folder / DOORS_FILE))
+    plan, warnings = map_of_learnt(folder_of(path), building)
     return building, plan, sidecar_text(urdf), warnings
 
 
@@ -121,7 +120,3 @@ def _decisions(folder: Path) -> list[DoorRow]:
         raise BuildingError(
             f"{path} can't be read ({error}); remove it to decide on all doors anew."
         ) from error
-
-
-def _table(path: Path) -> list[Door]:
-    return read_doors(path) if path.is_file() else []

@@ -38,9 +38,7 @@ class Exposure:
     walls: FloatArray  # (n,) m
     background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
     blur: FloatArray  # (n,) m^2, its variance
-    others: (
-        FloatArray  # (n,) 1/m, density of the ranges to other objects, in states of their belief
-    )
+    others: FloatArray  # (n,) 1/m, density of the ranges to other objects whose state isn't known
 
     @property
     def scan(self) -> Scan:
@@ -127,13 +125,14 @@ class Exposures:
         slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
         self._variance = wall_std**2 + of_pose + ROUGH**2 + slanted
         self._others, noise = others, vantage.noise
+        self._measured = sight.scan.ranges - vantage.bias
         self._densities = np.empty((len(others.names), len(squares)))  # of each other object
         pose_update.expect_each(
             others.scenery,
             others.entries,
             vantage.origins,
             vantage.directions,
-            sight.scan.ranges - vantage.bias,
+            self._measured,
             self._walls,
             noise.variance,
             noise.growth,
@@ -148,8 +147,8 @@ class Exposures:
         background = np.minimum.reduce([self._walls, *known])
         among = [k for k, other in enumerate(self._others.names) if other not in left_out]
         entered = self._others.entries[among].min(axis=0, initial=np.inf)
-        is_beyond = self._sight.scan.ranges - self._vantage.bias > entered
-        others = self._densities[among].sum(axis=0) + np.where(is_beyond, pose_update.STANDING, 0.0)
+        anywhere = np.where(self._measured > entered, pose_update.STANDING, 0.0)
+        others = self._densities[among].sum(axis=0) + anywhere
         blur = np.where(np.isfinite(background), self._variance, 0.0)
         return Exposure(
             name,

@@ -433,7 +433,6 @@ class PoseFilter:
         """The beam model of a scan, as the loops take it."""
         return pose_update.Densities(
             *self._shares(scan.range_max),
-            pose_update.STANDING,
             *self.range_noise(scan.laser),
             self.wall_std**2,
             self.independence(scan.laser).both,

@@ -26,14 +26,13 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@record("densities", "f f f f f f f f f")
+@record("densities", "f f f f f f f f")
 class Densities(NamedTuple):
     """The beam model of a scan, for beams that should meet walls."""
 
     hit: float  # probability that the wall stops the beam
     random: float  # 1/m, density of a random range
     short: float  # 1/m, density of a range that something unexpected stopped
-    standing: float  # 1/m, density of a range to an object in any state
     variance: float  # m^2 of a short range
     growth: float  # its growth with the square of the range
     slant: float  # and with that square times the squared tangent of the incidence
@@ -444,7 +443,7 @@ def expect_objects(
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(used.shape[0]):
         measured, x, y = beams.measured[i], origins[i, 0], origins[i, 1]
-        beams.standing[i] = noise.standing
+        beams.standing[i] = STANDING
         if not used[i] or not measured > beams.entered[i]:
             continue
         dx, dy, first, start = directions[i, 0], directions[i, 1], 0, 0
@@ -530,8 +529,8 @@ def gather(
     Bar-Shalom and Tse 1975), to the power of the independence of its error.
     ``sums`` (10,) are those of a weighted least squares fit of squared errors to their variance,
     over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
-    and of these with the squared errors (3), and their number. ``residuals`` (n,) are in deviations,
-    NaN for other beams.
+    and of these with the squared errors (3), and their number. ``residuals`` (n,) are in
+    deviations, NaN for other beams.
     """
     columns, known = beams.columns, np.zeros((OFFSET, OFFSET))
     shared = _shared(covariance, columns)

@@ -115,8 +115,8 @@ class Work(NamedTuple):
     kinds: FloatArray  # (2,) probabilities of a handle and of glass, by the beams so far
     slopes: FloatArray  # (2,) derivatives of the density of a range by these
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
-    # (n, 4) 1/m, densities of a range to surfaces that end beside it: on its two sides in the model,
-    # and as the two neighbours read, which only stop a part of it
+    # (n, 4) 1/m, densities of a range to surfaces that end beside it: on its two sides in the
+    # model, and as the two neighbours read, which only stop a part of it
     beside: FloatArray
     edges: FloatArray  # (n, 4) m to these surfaces, inf for none
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
