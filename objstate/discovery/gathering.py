@@ -20,6 +20,7 @@ from objstate.sensing import cast_from
 SPACING, SPACING_YAW = 0.15, 0.2  # m, rad between scans that are kept: nearer ones tell the same
 WELL_KNOWN = 0.15  # m: a pose less sure than this places no beams
 LOCALIZED = 0.9  # probability of being where it seems, below which nothing is kept
+CONFIRMED_S = 15.0  # s within which a robot that was found in a wrong place is found out to be lost
 
 Progress = Callable[[float, float], None]  # share of all logs done, seconds of them done
 
@@ -56,6 +57,15 @@ class Beams:
         return np.append(np.flatnonzero(np.diff(self.scan, prepend=-1)), len(self))
 
     @staticmethod
+    def of(parts: Sequence[Beams]) -> Beams:
+        """Those of parts as they are numbered; none of no part."""
+        flat, numbers = np.empty((0, 2)), np.empty(0, dtype=np.int64)
+        none = Beams(flat, flat, flat[:, 0], flat[:, 0], numbers, numbers, flat[:, 0])
+        return Beams(
+            *(np.concatenate([getattr(p, name) for p in (none, *parts)]) for name in NAMES)
+        )
+
+    @staticmethod
     def joined(parts: Sequence[Beams]) -> Beams:
         """Beams of several drives; their scans and drives are numbered on."""
         scans = drives = 0
@@ -64,7 +74,7 @@ class Beams:
             numbered.append(replace(part, scan=part.scan + scans, drive=part.drive + drives))
             scans += int(part.scan.max(initial=-1)) + 1
             drives += int(part.drive.max(initial=-1)) + 1
-        return Beams(*(np.concatenate([getattr(p, name) for p in numbered]) for name in NAMES))
+        return Beams.of(numbered)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +90,22 @@ class Readings:
 NAMES = tuple(Beams.__dataclass_fields__)
 
 
-def gather(
-    log: Path, walls: Building, run: RunOptions, on_progress: Progress | None = None
-) -> Beams:
-    """The beams of one drive, localized in the map's walls.
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """What one drive saw."""
 
-    Raises LogError where the robot's start is unknown, or where it was localized nowhere.
+    beams: Beams  # none, where the robot was localized nowhere
+    was_lost: bool  # so that another model of the building might place more of them
+
+
+def gather(
+    log: Path, building: Building, run: RunOptions, on_progress: Progress | None = None
+) -> Gathered:
+    """The beams of one drive, localized in a building.
+
+    Raises LogError where the robot's start is unknown.
     """
-    records, estimator = open_run([log], replace(walls, objects={}), run)
+    records, estimator = open_run([log], building, run)
     kept: list[tuple[int, Beams]] = []
     last: dict[str, FloatArray] = {}
     began_ns: int | None = None
@@ -105,17 +123,22 @@ def gather(
             continue
         last[record.laser] = robot.mean
         kept.append((record.stamp_ns, _placed(record, robot.mean, seconds)))
-    lost = estimator.lost  # that the robot was elsewhere is found out later
-    right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
     if estimator.robot is None:
         raise LogError(f"{log}: {unknown_start(records, run)}")
-    if not right:
-        raise LogError(
-            f"The robot was localized nowhere in {log}: is it a log of this building, and is the "
-            "start right?"
-        )
+    lost = lost_or_unconfirmed(estimator.lost, kept[-1][0] if kept else 0)
+    right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
-    return Beams(*(np.concatenate([getattr(p, name) for p in scans]) for name in NAMES))
+    return Gathered(Beams.of(scans), bool(lost))
+
+
+def lost_or_unconfirmed(lost: Sequence[tuple[int, int]], last_ns: int) -> Sequence[tuple[int, int]]:
+    """Intervals ns in which the robot was lost, or may have been found in a wrong place.
+
+    That it is elsewhere is found out later: not where the ``last_ns`` scan is near the end of these.
+    """
+    if lost and last_ns - lost[-1][1] < CONFIRMED_S * NANOSECONDS:
+        return [*lost[:-1], (lost[-1][0], last_ns + 1)]
+    return lost
 
 
 def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from objstate.discovery import kernels
 from objstate.geometry import FloatArray, IntArray
+from objstate.objects.doors import AJAR, AJAR_DEG
 
 FLAT = np.radians(172.0)  # stands for all angles of a leaf that lies along the wall
 CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
@@ -30,7 +31,8 @@ class Rests(NamedTuple):
     step: float
     fine: float  # step about a leaf's states once they are known roughly
     near: float  # so far about them
-    closed_std: float
+    latched: float  # share of closed leaves that stand exactly there
+    closed_std: float  # of the others
     limit_std: float
     limits: FloatArray  # (u,) where a door may stop
     log_limit: FloatArray  # (u,)
@@ -44,7 +46,8 @@ SWINGS = Rests(
     step=np.radians(3.0),
     fine=np.radians(0.75),
     near=np.radians(6.0),
-    closed_std=np.radians(2.0),
+    latched=1.0 / (1.0 + AJAR),
+    closed_std=np.radians(AJAR_DEG[1] / 2.0),
     limit_std=np.radians(4.0),
     limits=np.append(_turns, FLAT),
     log_limit=np.log(np.append((1.0 - OPENS_FLAT) * _usual / _usual.sum(), OPENS_FLAT)),
@@ -55,6 +58,7 @@ SLIDS = Rests(
     step=0.05,
     fine=0.0125,
     near=0.1,
+    latched=0.0,
     closed_std=0.02,
     limit_std=0.02,
     limits=np.array([0.9, 0.95, 1.0]),
@@ -77,13 +81,15 @@ class Lattice:
     def of(each: FloatArray, rests: Rests, step: float) -> Lattice:
         """Some of the states that lie ``step`` apart, and a leaf along the wall."""
         half = np.sqrt(np.pi / 2) * rests.closed_std  # the integral
-        closed = CLOSED / half * np.exp(-0.5 * (each / rests.closed_std) ** 2)
+        ajar = CLOSED * (1.0 - rests.latched)
+        closed = ajar / half * np.exp(-0.5 * (each / rests.closed_std) ** 2)
         limit = rests.limits[:, None]
         width = np.sqrt(2 * np.pi) * rests.limit_std
         at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / rests.limit_std) ** 2)
         between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (rests.limit_std / 2.0)))
         cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
         prior = cell * (closed + at_limit + between)
+        prior[:, each == 0.0] += CLOSED * rests.latched
         if rests.away > rests.widest:
             beyond = AT_LIMIT + BETWEEN * (1.0 - rests.widest / rests.away)
             flat = np.where(limit < rests.away, 1e-6, beyond)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +20,23 @@ from objstate.building.door_table import (
     door_rows,
 )
 from objstate.building.from_map import building_of_map
-from objstate.building.occupancy import read_map
+from objstate.building.model import Building
+from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_output, write_buildings
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.discovery.candidates import Candidate, Finding, find_doors
 from objstate.discovery.drives import distinct_logs
-from objstate.discovery.gathering import Beams, gather
+from objstate.discovery.gathering import Beams, Gathered, gather
+from objstate.errors import LogError
 from objstate.run import RunOptions
 
 NAME = "building"  # of what is written
 
-LOCALIZING = 0.5  # of the whole work, on average
+# from which share of the whole work to which, on average
+LOCALIZING, FINDING = (0.0, 0.3), (0.3, 0.5)
+LOCALIZING_AGAIN, FINDING_AGAIN = (0.5, 0.8), (0.8, 1.0)
+NOWHERE = "The robot was localized nowhere: is it a log of this building, and is the start right?"
 
 Report = Callable[[float, float], None]  # share of all done, seconds of logs done
 
@@ -64,39 +70,77 @@ def learn_doors(
     run, target = run or RunOptions(), Path(out)
     check_output(target, overwrite, map_yaml)
     digests, warnings = distinct_logs(logs, run)
-    paths = list(digests)
     plan = replace(read_map(Path(map_yaml)), name=NAME)
     walls = building_of_map(plan)
-    drives: list[Beams] = []
-    seconds = 0.0
-    for number, log in enumerate(paths):
-        begun, before = LOCALIZING * number / len(paths), seconds
-
-        def gathered(share: float, s: float, begun: float = begun, before: float = before) -> None:
-            nonlocal seconds
-            seconds = before + s
-            if on_progress is not None:
-                on_progress(begun + LOCALIZING * share / len(paths), seconds)
-
-        drives.append(gather(log, walls, run, gathered))
-
-    def weighed(share: float) -> None:
-        if on_progress is not None:
-            on_progress(LOCALIZING + (1.0 - LOCALIZING) * share, seconds)
-
-    found = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
-    candidates = found.candidates
-    probable = [each for each in candidates if each.door.is_probable]
-    building = building_of_map(plan, [each.door for each in probable])
-    error = building.error or BuildingErrorSettings()
-    error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})
-    about = _about(map_yaml, paths, drives, found)
+    work = _Work(plan, walls, run, on_progress)
+    drives = work.localized(list(digests), walls, *LOCALIZING)
+    found = work.weighed(drives, *FINDING)
+    # among doors that were moved since, or in rooms that were closed, a map misleads
+    if again := [log for log, drive in drives.items() if drive.was_lost]:
+        drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
+        found = work.weighed(drives, *FINDING_AGAIN)
+    warnings += [
+        f"{log}: {NOWHERE} It is left out." for log in drives if not len(drives[log].beams)
+    ]
+    about = _about(map_yaml, drives, found)
     beside = {
-        DOORS_FILE: candidates_table(candidates),
+        DOORS_FILE: candidates_table(found.candidates),
         LEARN_FILE: json.dumps(about, indent=1) + "\n",
     }
-    urdf = write_buildings(target, {".": building}, {".": sidecar_of(error)}, beside)[0]
-    return Learnt(urdf, candidates, found.openings, len(found.passed_over), tuple(warnings))
+    building = _with_doors(plan, found)
+    sidecar = sidecar_of(building.error or BuildingErrorSettings())
+    urdf = write_buildings(target, {".": building}, {".": sidecar}, beside)[0]
+    return Learnt(urdf, found.candidates, found.openings, len(found.passed_over), tuple(warnings))
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """Steps of the work, each from a share of the whole to another."""
+
+    plan: OccupancyMap
+    walls: Building
+    run: RunOptions
+    report: Report | None
+    done: list[float] = field(default_factory=list)  # s of each log that was localized
+
+    def localized(
+        self, logs: Sequence[Path], building: Building, begin: float, end: float
+    ) -> dict[Path, Gathered]:
+        """What drives saw, localized in a building. Raises LogError."""
+        found = {}
+        for number, log in enumerate(logs):
+            before = sum(self.done)
+            self.done.append(0.0)
+
+            def gathered(
+                share: float, s: float, number: int = number, before: float = before
+            ) -> None:
+                self.done[-1] = s
+                self._tell(begin, end, (number + share) / len(logs))
+
+            found[log] = gather(log, building, self.run, gathered)
+        return found
+
+    def weighed(self, drives: Mapping[Path, Gathered], begin: float, end: float) -> Finding:
+        """The doors in what they saw. Raises LogError where that is nothing."""
+        beams = Beams.joined([each.beams for each in drives.values()])
+        if not len(beams):
+            raise LogError(f"{', '.join(map(str, drives))}: {NOWHERE}")
+        settings = self.run.settings.beam_model
+        return find_doors(self.plan, self.walls, beams, settings, partial(self._tell, begin, end))
+
+    def _tell(self, begin: float, end: float, share: float) -> None:
+        if self.report is not None:
+            self.report(begin + (end - begin) * share, sum(self.done))
+
+
+def _with_doors(plan: OccupancyMap, found: Finding) -> Building:
+    """The building of a map with its probable doors, and how far they may be off."""
+    probable = [each for each in found.candidates if each.door.is_probable]
+    building = building_of_map(plan, [each.door for each in probable])
+    error = building.error or BuildingErrorSettings()
+    own = {each.door.name: _error(each) for each in probable}
+    return replace(building, error=error.model_copy(update={"doors": own}))
 
 
 def _error(found: Candidate) -> DoorErrorSettings:
@@ -124,14 +168,12 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
     return door_rows([each.door for each in candidates], told)
 
 
-def _about(
-    map_yaml: str | Path, logs: Sequence[str | Path], drives: list[Beams], found: Finding
-) -> dict[str, Any]:
+def _about(map_yaml: str | Path, drives: Mapping[Path, Gathered], found: Finding) -> dict[str, Any]:
     return {
         "map": str(map_yaml),
         "drives": [
-            {"log": str(log), "scans": int(beams.scan.max()) + 1, "beams": len(beams)}
-            for log, beams in zip(logs, drives, strict=True)
+            {"log": str(log), "scans": len(drive.beams.scans) - 1, "beams": len(drive.beams)}
+            for log, drive in drives.items()
         ],
         "doors": [
             {

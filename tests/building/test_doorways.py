@@ -154,6 +154,38 @@ def test_a_leaf_beside_an_open_doorway_is_cleared_if_that_has_a_door(tmp_path: P
     assert inspect_building(tmp_path / "both" / "shut.urdf").problems == []
 
 
+@pytest.mark.parametrize(
+    ("deep", "in_map", "is_cleared"),
+    [(3, "", True), (3, "0", True), (9, "", False), (9, "0", True)],
+)
+def test_a_closed_leaf_behind_its_wall_s_face_is_cleared(
+    tmp_path: Path, deep: int, in_map: str, is_cleared: bool
+) -> None:
+    """Behind its hinge the map shows nothing up to another recess, as it would behind a doorway.
+
+    Nobody drew the far face of the wall. Some cells deeper than walls are thick the leaf could close
+    along another wall, unless the table was compared with the map.
+    """
+    image = plan()
+    image[50 - deep, 40:60] = 0  # a closed leaf
+    image[50 - deep : 50, [39, 60]] = 0  # between its jambs
+    image[50 - deep : 50, [18, 21]] = 0  # another recess, with its leaf
+    image[50 - deep, 18:22] = 0
+    image[50, 19:21] = 254
+    Image.fromarray(image).save(tmp_path / "plan.pgm")
+    (tmp_path / "plan.yaml").write_text("image: plan.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    y = 2.475 + 0.05 * deep
+    (tmp_path / "doors.csv").write_text(
+        f"{HEADER.strip()},in_map_deg\na,2.0,{y},0,ccw,0.95,110,{in_map}\n"
+    )
+    told: list[str] = []
+    building_from_map(
+        tmp_path / "plan.yaml", tmp_path / "doors.csv", tmp_path / "out", report=told.append
+    )
+    (line,) = (each for each in told if "Door 'a'" in each)
+    assert ("cells cleared" in line) == is_cleared
+
+
 @pytest.mark.skipif(not WEAN_HALL.exists(), reason=f"no recorded map in {WEAN_HALL}")
 @pytest.mark.parametrize(
     "doors", [WEAN_HALL / "doors.csv", ROOT / "benchmarks" / "wean_hall_doors.csv"]

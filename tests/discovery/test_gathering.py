@@ -1,0 +1,89 @@
+"""Which scans of a drive tell of doors, and drives that are localized once more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.floors import make_drives
+from objstate.building.model import Building
+from objstate.discovery import learn_doors, learning
+from objstate.discovery.gathering import Beams, Gathered, lost_or_unconfirmed
+from objstate.errors import LogError
+from objstate.records import NANOSECONDS
+from tests.discovery.test_finding import floor
+
+
+def seconds(*ends: float) -> list[int]:
+    return [round(each * NANOSECONDS) for each in ends]
+
+
+@pytest.mark.parametrize(("last", "ends"), [(60.0, 50.0), (70.0, 50.0), (52.0, None), (50.0, None)])
+def test_scans_after_being_lost_count_where_the_log_goes_on(
+    last: float, ends: float | None
+) -> None:
+    """Up to its end nobody found out that the robot was found in a wrong place."""
+    first, second, (last_ns,) = seconds(3.0, 5.0), seconds(20.0, 50.0), seconds(last)
+    found = lost_or_unconfirmed([(first[0], first[1]), (second[0], second[1])], last_ns)
+    assert list(found[0]) == first
+    stays = ends is not None and last - ends >= 15.0
+    assert list(found[1]) == [second[0], second[1] if stays else last_ns + 1]
+    assert lost_or_unconfirmed([], last_ns) == []
+
+
+def nothing() -> Beams:
+    return Beams.of([])
+
+
+class Places:
+    """What is gathered of drives, by how often each was localized; and in which buildings."""
+
+    def __init__(self, *found: Gathered) -> None:
+        self.found = list(found)
+        self.asked: list[tuple[str, list[str]]] = []
+
+    def gather(self, log: Path, building: Building, *_: object) -> Gathered:
+        self.asked.append((log.parent.name, sorted(building.objects)))
+        return self.found[len(self.asked) - 1]
+
+
+def test_a_drive_that_was_lost_is_localized_again_among_the_doors_that_were_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = make_drives(floor(), tmp_path / "floor", seed=5, count=2, moved=1.0)
+    right = [
+        learning.gather(log, learning_walls(made.map), learning.RunOptions()) for log in made.logs
+    ]
+    assert not any(each.was_lost for each in right)
+    places = Places(right[0], Gathered(nothing(), was_lost=True), right[1])
+    monkeypatch.setattr(learning, "gather", places.gather)
+    learnt = learn_doors(made.logs, made.map, tmp_path / "found")
+    (_, none), (_, no_doors), (again, doors) = places.asked
+    assert none == no_doors == []
+    assert again == made.logs[1].parent.name
+    assert len(doors) > 0
+    assert learnt.warnings == ()
+    monkeypatch.setattr(learning, "gather", Places(*right).gather)
+    at_once = learn_doors(made.logs, made.map, tmp_path / "at_once")
+    assert [each.probability for each in learnt.candidates] == pytest.approx(
+        [each.probability for each in at_once.candidates]
+    )
+
+
+def test_a_drive_that_is_localized_nowhere_is_left_out_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = make_drives(floor(), tmp_path / "floor", seed=5, count=2, moved=1.0)
+    right = learning.gather(made.logs[0], learning_walls(made.map), learning.RunOptions())
+    lost = Gathered(nothing(), was_lost=True)
+    monkeypatch.setattr(learning, "gather", Places(right, lost, lost).gather)
+    (warning,) = learn_doors(made.logs, made.map, tmp_path / "found").warnings
+    assert warning.startswith(f"{made.logs[1]}: The robot was localized nowhere")
+    monkeypatch.setattr(learning, "gather", Places(lost, lost).gather)
+    with pytest.raises(LogError, match=r"drive1.*drive2.*localized nowhere"):
+        learn_doors(made.logs, made.map, tmp_path / "none")
+
+
+def learning_walls(map_yaml: Path) -> Building:
+    return learning.building_of_map(learning.read_map(map_yaml))
