@@ -182,19 +182,8 @@ class Doors:
                 door.turn,
                 door.slide,
                 is_leaf=door.turn != 0.0,
-                beside=self._beside(door, height),
             )
         return self._shapes[key]
-
-    def _beside(self, door: Doorway, height: float) -> FloatArray:
-        """(b, 2) m, corners of all other leaves as modelled, from a door's hinge."""
-        own = self._building.objects[door.item.name].hinge
-        others = [
-            self._sensing.outline(name, height).reshape(-1, 2) + each.hinge - own
-            for name, each in self._building.objects.items()
-            if name in self and name != door.item.name
-        ]
-        return np.concatenate([np.empty((0, 2)), *others])
 
 
 class Deviation:

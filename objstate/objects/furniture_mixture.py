@@ -280,7 +280,7 @@ class FurnitureMixture:
         kinds = np.zeros((len(means), len(kernels.KINDS)))  # neither handles nor glass
         best = [1 + int(np.argmax(self.weights[1:]))]
         once, reached = np.ones(len(beams.measured)), 0
-        neither = np.zeros(len(means), dtype=bool)  # just arrived, nor closed
+        arrived = np.zeros(len(means), dtype=bool)
         for part in (slice(None), best):
             reached = kernels.condition(
                 beams,
@@ -288,8 +288,7 @@ class FurnitureMixture:
                 noise,
                 once,
                 once,
-                neither[part],
-                neither[part],
+                arrived[part],
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),
                 kernels.FLAT,

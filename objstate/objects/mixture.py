@@ -20,7 +20,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doorframe import BearingReading
@@ -132,11 +132,6 @@ class Doorway:
         if self.zero is not None:
             out[self.zero] = (math.radians(PLAY_DEG) if self._hinged else PLAY_M) ** 2
         return out
-
-    @lazy
-    def closed(self) -> BoolArray:
-        """(c + o,) which components are the limit that the model shows, or next to it."""
-        return np.asarray(np.abs(self.middles - self.item.home[0]) < 1.5 * self.cell)
 
     @lazy
     def turn(self) -> float:
@@ -501,10 +496,9 @@ class DoorMixture:
         shares = np.concatenate([weights, FORGETS * weights[anew]])
         shares[anew] *= 1.0 - FORGETS
         log_evidence = np.full(len(means), -np.inf)
-        placements, closed = self.door.placements, self.door.closed
+        placements = self.door.placements
         if len(anew):
             placements = np.concatenate([placements, placements[anew]])
-            closed = np.concatenate([closed, closed[anew]])
         arrived = np.zeros(len(means), dtype=bool)
         arrived[anew], arrived[len(weights) :] = True, True
         reached = kernels.condition(
@@ -514,7 +508,6 @@ class DoorMixture:
             repeats.shares(ends),
             ends.times,
             arrived,
-            closed,
             placements,
             shares,
             static_precisions(self.door, self.statics),

@@ -82,7 +82,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the other surface, and of mixed ones
 
 
-@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2 i1")
+@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -95,7 +95,6 @@ class Shape(NamedTuple):
     slide: FloatArray  # (2,) m of motion in the building for each unit of the state
     handle: FloatArray  # (h, 4) m, segments of what may stick out of it, in the same frame
     handle_normals: FloatArray  # (h, 2)
-    adjoined: IntArray  # (m,) 1 for corners that another closed leaf adjoins in the home state
 
 
 class Work(NamedTuple):
@@ -834,7 +833,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f1 f1 b1 b1 f2 f1 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f1 b1 f2 f1 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -843,7 +842,6 @@ def condition(
     shares: FloatArray,
     times: FloatArray,
     arrived: BoolArray,
-    closed: BoolArray,
     placements: FloatArray,
     weights: FloatArray,
     precisions: FloatArray,
@@ -864,8 +862,7 @@ def condition(
 
     Beams count by ``shares`` (n,) over how many ``times`` (n,) their surface was met. In components
     that the object just ``arrived`` in (c,), what they count less also counts, relative to the
-    heaviest component: readings that repeat earlier ones speak against a movement. Where the
-    object is ``closed`` (c,), corners that another leaf adjoins are flanked.
+    heaviest component: readings that repeat earlier ones speak against a movement.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -908,8 +905,6 @@ def condition(
             wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         work.flanked[:] = 0
-        if closed[c]:
-            work.flanked[:] = shape.adjoined
         fresh = shares if arrived[c] else new
         log_weight, unlikely = math.log(weights[c]), _unlikely(mean, precisions)
         bounds = first - HOPELESS - log_weight, likeliest - HOPELESS - log_weight

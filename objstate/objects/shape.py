@@ -16,8 +16,6 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
 
 FACING = 0.9  # cosine between a leaf's face and the way across it from which on it is one
-ADJOINS = 0.05  # m between corners of leaves that are closed side by side
-NOTHING = np.empty((0, 2))
 SAME_CORNER = 1e-5  # m; closer ends of segments are one corner
 # m from the free edge of a leaf between which a lever handle lies, how far it sticks out, and the
 # width of a leaf from which on it may have one
@@ -25,17 +23,11 @@ HANDLE, HANDLE_DEPTH, LEAST_WIDTH = (0.04, 0.18), 0.055, 0.5
 
 
 def shape_of(
-    segments: FloatArray,
-    turn: float,
-    slide: FloatArray,
-    *,
-    is_leaf: bool = False,
-    beside: FloatArray = NOTHING,
+    segments: FloatArray, turn: float, slide: FloatArray, *, is_leaf: bool = False
 ) -> kernels.Shape:
     """The shape of segments (k, 4) m about the object's origin.
 
     Its state turns it and slides it along (2,). A leaf that hangs at the origin may have a handle.
-    Closed leaves ``beside`` it have corners (b, 2) m in the same frame.
     """
     along = segments[:, 2:] - segments[:, :2]
     lengths = np.hypot(along[:, 0], along[:, 1])
@@ -52,14 +44,7 @@ def shape_of(
         slide,
         handle,
         _normals(handle),
-        _adjoined(corners, beside),
     )
-
-
-def _adjoined(corners: FloatArray, beside: FloatArray) -> IntArray:
-    """(m,) 1 for corners that some of others (b, 2) are close to, else 0."""
-    away = np.linalg.norm(corners[:, None] - beside, axis=2)
-    return np.asarray((away < ADJOINS).any(axis=1), dtype=np.int64)
 
 
 def _normals(segments: FloatArray) -> FloatArray:

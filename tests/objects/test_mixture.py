@@ -268,7 +268,7 @@ def test_where_an_opening_ends_tells_nothing_of_the_closed_leaf_behind(aside: fl
 
 @pytest.mark.parametrize("slides", [False, True])
 def test_the_other_leaf_of_a_closed_double_door_is_no_part_of_a_leaf(slides: bool) -> None:
-    """Nothing is known of the other one, so that there is nothing behind the edge between them."""
+    """All that is known of the other one is that every other such leaf is closed."""
     if slides:
         mine, other = sliding_door("door", 0.9, 0.0, math.pi), sliding_door("other", 0.91, 0.0)
     else:
@@ -276,29 +276,36 @@ def test_the_other_leaf_of_a_closed_double_door_is_no_part_of_a_leaf(slides: boo
     way, rng = Doorway(mine, DoorSettings(), ERROR), np.random.default_rng(0)
     walls = Mesh.joined([wall((-2.0, 0.0), (-0.01, 0.0)), wall((1.82, 0.0), (4.0, 0.0))])
     scene, bare = ExpectedRanges(building(walls, mine, other)), ExpectedRanges(building(walls))
-    own, beside = (
-        outline(each.mesh.moved(each.transforms(each.home[None])[0]), 0.3).reshape(-1, 2)
-        - mine.hinge
-        for each in (mine, other)
+    beside = ExpectedRanges(building(walls, other))
+    seen = shape_of(
+        (outline(mine.mesh.moved(mine.transforms(mine.home[None])[0]), 0.3) - mine.hinge).reshape(
+            -1, 4
+        ),
+        way.turn,
+        way.slide,
     )
-    seen = shape_of(own.reshape(-1, 4), way.turn, way.slide, beside=beside)
     mixture = DoorMixture.unknown(way, Statics(0.05**2, STATICS.bearing))
     closed, precise = {"door": np.zeros(1), "other": np.zeros(1)}, noise()._replace(variance=1e-4)
     for x in np.arange(-1.5, 3.0, 0.15):
         pose, rays = np.array([[x, -1.0, 1.57]]), fan(361)
         ranges, background = scene.scene(closed, pose, rays)[0], bare.walls(pose, rays)[0]
+        to_other = beside.scene({"other": np.zeros(1)}, pose, rays)[0]
+        measured = ranges + 0.01 * rng.standard_normal(len(ranges))
+        behind = np.minimum(to_other, RANGE_MAX)
+        off = np.where(to_other < background, measured - behind, np.inf)
         origins, directions = cast_from(transform_from_pose(pose[0]), rays)
         beams = Beams(
             pose[0, :2].copy(),
             np.ascontiguousarray(origins[:, :2]),
             np.ascontiguousarray(directions[:, :2]),
-            ranges + 0.01 * rng.standard_normal(len(ranges)),
+            measured,
             background,
             np.full(len(ranges), 1e-4),
-            np.zeros(len(ranges)),
+            0.5 * np.exp(-0.5 * (off / 0.01) ** 2) / (0.01 * math.sqrt(2.0 * math.pi)),
         )
         mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, precise, seen)
-    assert mixture.weights[way.cells] > 0.9
+    # one that slides may be open by some millimetres, as its rail is known to 5 cm
+    assert mixture.weights[way.cells] > (0.85 if slides else 0.9)
     assert abs(mixture.hinge[0][0]) < 0.01
 
 
@@ -371,7 +378,6 @@ def log_evidence_of_closed(beams: Beams) -> float:
         np.ones(len(beams.measured)),
         np.ones(len(beams.measured)),
         np.zeros(1, dtype=bool),
-        np.zeros(1, dtype=bool),
         closed,
         np.ones(1),
         FLAT,
@@ -395,7 +401,6 @@ def conditioned(
         noise(),
         np.ones(count),
         np.full(count, times),
-        np.zeros(1, dtype=bool),
         np.zeros(1, dtype=bool),
         way.placements[component][None],
         np.ones(1),
@@ -430,7 +435,8 @@ def test_no_step_makes_the_errors_less_probable(
     at_mode = conditioned(beams, component, mode, 1e-12 * np.eye(ERRORS), times)[2]
     off, known = (mode - mean)[STATE:OBSERVED], covariance[STATE:OBSERVED, STATE:OBSERVED]
     paid = 0.5 * float(off @ np.linalg.solve(known, off))
-    assert at_mode - paid / times > at_mean - 5.0  # the last step and edges aren't checked
+    # the last step and edges aren't checked: some beams that just pass an edge cost 5 each
+    assert at_mode - paid / times > at_mean - 15.0
 
 
 def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
