@@ -118,6 +118,7 @@ def main() -> None:
     parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
     parser.add_argument("--entered", action="store_true", help="rooms entered, a turned map")
     parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
+    parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
     given = parser.parse_args()
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
     print(
@@ -128,7 +129,7 @@ def main() -> None:
     for name, (count, moved) in cases.items():
         tally, seconds = Tally(), 0.0
         for seed in given.seeds:
-            floor = make_floor(seed)
+            floor = make_floor(seed, recessed=given.recessed)
             if given.sliding:
                 with_sliding(floor, seed)
             if given.furnished:

@@ -7,7 +7,8 @@ several thicknesses, so that some closed leaves lie flush with the corridor's wa
 Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floors have rooms full of
 desks, chairs and shelves, and the robot drives into half of them. On ``with_sliding`` floors half of
 the doors slide: along the corridor's wall, in it, or behind it. On ``entered`` floors the robot
-drives into most rooms that are open on that day, and the map isn't made along the walls.
+drives into most rooms that are open on that day, and the map isn't made along the walls. On
+``recessed`` ones half of the doors lie at the back of alcoves.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ OVERLAP, BESIDE_WALL = 0.03, 0.04
 SLIT = 0.01  # m between a leaf and its frame
 DEPTH = 3.5  # m, of rooms
 MAP_SCANS = 3  # every so many scans of the mapping drive count
+ALCOVE_DEPTH, ALCOVE_ASIDE = (0.25, 0.8), (0.05, 0.4)  # m, of doors at the back of one
 ENTERED = 0.8  # of the rooms of an ``entered`` floor that are open
 WIDE_OPEN = math.radians(80.0)  # so that a robot can pass
 
@@ -124,9 +126,9 @@ class Floor:
         return np.array([0.0, 0.0, self.turn])
 
 
-def make_floor(seed: int) -> Floor:
-    """A floor of eight to twelve bays on each side of a corridor."""
-    rng = np.random.default_rng([seed, 11])
+def make_floor(seed: int, *, recessed: bool = False) -> Floor:
+    """A floor of eight to twelve bays on each side of a corridor, perhaps with ``recessed`` doors."""
+    rng, own = np.random.default_rng([seed, 11]), np.random.default_rng([seed, 16])
     floor = Floor(half=float(rng.uniform(0.9, 1.4)))
     thick = float(rng.choice([0.10, 0.14, 0.20]))
     bays = int(rng.integers(5, 8))
@@ -135,7 +137,7 @@ def make_floor(seed: int) -> Floor:
     for side in (1, -1):
         begin = 0.0
         for width in rng.permutation(widths):
-            _bay(floor, rng, begin, float(width), side, thick)
+            _bay(floor, rng, begin, float(width), side, thick, own if recessed else None)
             begin += float(width)
         back = floor.half + thick + DEPTH
         _wall(floor, side, -thick, floor.length + thick, back, back + thick)
@@ -145,9 +147,16 @@ def make_floor(seed: int) -> Floor:
 
 
 def _bay(
-    floor: Floor, rng: np.random.Generator, begin: float, width: float, side: int, thick: float
+    floor: Floor,
+    rng: np.random.Generator,
+    begin: float,
+    width: float,
+    side: int,
+    thick: float,
+    recesses: np.random.Generator | None,
 ) -> None:
     near, far = floor.half, floor.half + thick
+    back = far + DEPTH
     kind = rng.choice(["door", "double", "opening", "niche", "shelf"], p=[0.6, 0.1, 0.1, 0.1, 0.1])
     gap = {
         "door": rng.uniform(0.75, 1.1),
@@ -158,19 +167,30 @@ def _bay(
     }[str(kind)]
     left = begin + float(rng.uniform(0.35, width - gap - 0.35))
     right = left + float(gap)
-    _wall(floor, side, begin, left, near, far)
-    _wall(floor, side, right, begin + width, near, far)
+    if recesses is not None and kind in ("door", "double") and recesses.random() < 0.5:
+        aside = recesses.uniform(*ALCOVE_ASIDE, 2)
+        deep = float(recesses.uniform(*ALCOVE_DEPTH))
+        low = max(left - float(aside[0]), begin + 0.1)
+        high = min(right + float(aside[1]), begin + width - 0.1)
+        _wall(floor, side, begin, low, near, far + deep)
+        _wall(floor, side, high, begin + width, near, far + deep)
+        near, far = near + deep, far + deep
+        _wall(floor, side, low, left, near, far)
+        _wall(floor, side, right, high, near, far)
+    else:
+        _wall(floor, side, begin, left, near, far)
+        _wall(floor, side, right, begin + width, near, far)
     if begin + width < floor.length:
-        _wall(floor, side, begin + width, begin + width + 0.1, far, far + DEPTH)
+        _wall(floor, side, begin + width, begin + width + 0.1, floor.half + thick, back)
     if rng.random() < 0.5:  # a cupboard in the room
         x = begin + float(rng.uniform(0.2, width - 1.2))
-        y = far + float(rng.uniform(2.2, DEPTH - 0.5))
+        y = floor.half + thick + float(rng.uniform(2.2, DEPTH - 0.5))
         _wall(floor, side, x, x + 0.8, y, y + 0.4)
     if kind == "niche":
-        deep = near + float(rng.uniform(0.3, 0.5))
-        _wall(floor, side, left - 0.1, right + 0.1, deep, deep + 0.1)
+        back_of_niche = near + float(rng.uniform(0.3, 0.5))
+        _wall(floor, side, left - 0.1, right + 0.1, back_of_niche, back_of_niche + 0.1)
         for x in (left - 0.1, right):
-            _wall(floor, side, x, x + 0.1, far, deep)
+            _wall(floor, side, x, x + 0.1, far, back_of_niche)
     if kind == "shelf":
         middle, deep = (left + right) / 2, side * (near + 0.02 + 0.15)
         floor.shelves.append(Piece(middle, deep, 0.0, right - left - 0.06, 0.3))
@@ -190,7 +210,7 @@ def _bay(
             names.append(name)
     if kind in ("door", "double", "opening"):
         inside = begin, begin + width
-        floor.rooms.append(Room(*inside, side, (left, right), (far, far + DEPTH), tuple(names)))
+        floor.rooms.append(Room(*inside, side, (left, right), (far, back), tuple(names)))
 
 
 def with_sliding(floor: Floor, seed: int) -> Floor:

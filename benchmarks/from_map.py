@@ -142,6 +142,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
     parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
     parser.add_argument("--entered", action="store_true", help="rooms entered")
+    parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
     given = parser.parse_args()
     tallies = {name: Tally() for name in ("found", "adjusted", "exact")}
     for seed in given.seeds:
@@ -161,7 +162,7 @@ def _of_seed(
     seed: int, given: argparse.Namespace, scratch: Path, tallies: Mapping[str, Tally]
 ) -> None:
     """Add a floor."""
-    floor, count = make_floor(seed), FOUND_BY + given.more + given.held_out
+    floor, count = make_floor(seed, recessed=given.recessed), FOUND_BY + given.more + given.held_out
     if given.furnished:
         furnished(floor, seed)
     if given.entered:

@@ -52,6 +52,7 @@ GAP_BEHIND = 2.5  # cells without any, behind which there is something else
 END_WEIGHT = 0.25  # of how far a leaf's end is off, against its cells
 MOST_DRAWN = 2  # leaves in a map, about one jamb
 LONGER = 8  # cells beyond a leaf's end that have to be free
+CORNER, CORNER_ASIDE = 3, 2.5  # cells across a leaf's end that are a corner, and beside it
 
 
 def proposals(place: Doorway) -> list[Leaf]:
@@ -211,9 +212,25 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
             if place.is_wall(np.array([*hinge, bearing + turn, width])):
                 continue
             drawn, leaf = _as_drawn(cells, opening, from_end, share, (hinge, turn, width))
-            if not cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
+            is_closed_behind = cells.fill(~leaf & cells.behind(opening, width), opening, 1.0)
+            if not is_closed_behind and not _turns_in(cells, opening, leaf, hinge, bearing + turn):
                 found.append((drawn, leaf))  # else it is the side of a recess
     return found
+
+
+def _turns_in(
+    cells: Cells, opening: Opening, leaf: BoolArray, hinge: FloatArray, bearing: float
+) -> bool:
+    """Whether what the map shows in a leaf's cells (n,) turns a corner at the free end.
+
+    That is towards the middle of the opening, as the wall does about a door at the back of a recess.
+    """
+    size = cells.plan.resolution
+    along, aside = beside(cells.middles, hinge, bearing)
+    _, middle = beside(opening.middle[None], hinge, bearing)
+    at_end = np.abs(along - along[leaf].max(initial=0.0)) < CORNER_ASIDE * size
+    across = np.round(aside[at_end] * np.sign(middle) / size)
+    return bool(np.isin(np.arange(1, CORNER + 1), across).all())
 
 
 def _as_drawn(
