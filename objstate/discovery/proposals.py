@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -14,6 +15,7 @@ from objstate.discovery import kernels
 from objstate.discovery.doorway import (
     DEEP,
     FILLED_SHARE,
+    ON_LEAF,
     Cells,
     Doorway,
     background,
@@ -52,6 +54,8 @@ GAP_BEHIND = 2.5  # cells without any, behind which there is something else
 END_WEIGHT = 0.25  # of how far a leaf's end is off, against its cells
 MOST_DRAWN = 2  # leaves in a map, about one jamb
 LONGER = 8  # cells beyond a leaf's end that have to be free
+STRAIGHT = 0.4  # cells by which the middle of a leaf's cells lies beside it
+LEAST_COLUMNS = 4  # cells along a leaf from which on they tell whether it is straight
 CORNER, CORNER_ASIDE = 3, 2.5  # cells across a leaf's end that are a corner, and beside it
 
 
@@ -245,8 +249,29 @@ def _as_drawn(
     on = cells.on_leaf(hinge, opening.jamb(from_end)[1] + turn, width)
     fills = np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
     is_at_jamb = cells.has_jamb(~on, opening, from_end)
-    log_none = share * FILLED if fills or not is_at_jamb else DRAWN
-    return Drawn(from_end, turn, hinge, share, cells.middles[on], log_none), on
+    points, log_none = cells.middles[on], share * FILLED
+    if is_at_jamb and not fills:
+        log_straight = _log_straight(points, hinge, opening.jamb(from_end)[1] + turn, cells)
+        log_none = min(DRAWN - log_straight, 0.0)
+    return Drawn(from_end, turn, hinge, share, points, log_none), on
+
+
+def _log_straight(points: FloatArray, hinge: FloatArray, bearing: float, cells: Cells) -> float:
+    """Log-likelihood ratio of what a map shows (n, 2) on a leaf, to something that isn't straight.
+
+    That lies evenly about the leaf, as the steps of a recess do along its diagonal. 0 at most.
+    """
+    size = cells.plan.resolution
+    along, aside = beside(points, hinge, bearing)
+    _, column = np.unique(np.floor(along / size), return_inverse=True)
+    counts = np.bincount(column)
+    if len(counts) < LEAST_COLUMNS:
+        return 0.0
+    along, aside = (np.bincount(column, each) / counts for each in (along, aside))
+    off = aside - np.polyval(np.polyfit(along, aside, 1), along)
+    std = STRAIGHT * size
+    each = math.log(2.0 * ON_LEAF / (math.sqrt(2.0 * math.pi) * std))
+    return min(float(np.sum(each - 0.5 * np.square(off / std))), 0.0)
 
 
 def _widths(opening: Opening) -> dict[float, float]:

@@ -540,17 +540,43 @@ def test_nobody_mapped_a_door_where_a_map_knows_nothing(is_known: bool) -> None:
     assert bool(openings([wall], plan, beams(passing, np.array([2.45, -1.0])))) == is_known
 
 
-@pytest.mark.parametrize("is_recess", [False, True])
-def test_the_side_of_a_recess_is_no_leaf_that_stands_open(is_recess: bool) -> None:
-    plan = drawn(np.arange(0.0, 6.0, 0.02)[~np.isin(np.arange(300), np.arange(100, 145))])
+@pytest.mark.parametrize("back", [0, 2, 4, 19])
+def test_the_side_of_a_recess_is_no_leaf_that_stands_open(back: int) -> None:
+    """Its back may hold a doorway, beside which there are so many cells of wall."""
+    plan = with_gap()
     plan.occupied[20:36, 40] = True  # from the jamb on, about as long as a leaf
-    if is_recess:
-        plan.occupied[36, 40:59] = True
+    plan.occupied[36, 40 : 40 + back] = True
+    found = {leaf.from_end for leaf in shown_in_gap(plan)}
+    assert found == (set() if back >= 4 else {False})
+
+
+def test_the_steps_of_a_recess_are_less_surely_a_leaf_than_what_is_straight() -> None:
+    straight, steps = with_gap(), with_gap()
+    ways = np.arange(0.0, 0.8, 0.01)
+    places = np.array([2.025, 1.025]) + 0.8**0.5 * ways[:, None] * np.array([0.75, 1.0])
+    for x, y in places:
+        straight.occupied[int(y / 0.05), int(x / 0.05)] = True
+        row, column = int((y + 0.06) / 0.05 // 4 * 4), int(x / 0.05 // 3 * 3)
+        steps.occupied[row, column : column + 4] = steps.occupied[row : row + 5, column] = True
+    told = {
+        name: min(leaf.log_none for leaf in shown_in_gap(plan))
+        for name, plan in {"straight": straight, "steps": steps}.items()
+    }
+    assert told["straight"] == DRAWN
+    assert told["steps"] > DRAWN + 2.0
+
+
+def with_gap() -> OccupancyMap:
+    """A map of a wall with an opening of 0.9 m."""
+    return drawn(np.arange(0.0, 6.0, 0.02)[~np.isin(np.arange(300), np.arange(100, 145))])
+
+
+def shown_in_gap(plan: OccupancyMap) -> list[Drawn]:
+    """The leaves that a map shows there."""
     place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
     place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
     place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
-    found = {leaf.from_end for leaf, _ in Shown.about(place, plan).leaves[0]}
-    assert found == (set() if is_recess else {False})
+    return [leaf for leaf, _ in Shown.about(place, plan).leaves[0]]
 
 
 @pytest.mark.parametrize("is_wall", [False, True])
