@@ -13,7 +13,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Shape
 from objstate.building.sidecar import read_sidecar
-from objstate.building.urdf import Description, Joint, Part, Refuse, read_description
+from objstate.building.urdf import Description, Joint, Part, Refuse, read_description, urdf_of
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
 
@@ -21,7 +21,7 @@ LISTED = 5  # names that an error gives before it stops
 
 
 def load_building(path: str | Path) -> Building:
-    """The building that a URDF file describes.
+    """The building that a URDF file describes, or the only one in a folder.
 
     The root link and what is fixed to it are the walls; each movable joint is an
     object, together with what is fixed below it. Raises BuildingError, with the
@@ -36,8 +36,9 @@ def load_building(path: str | Path) -> Building:
         raise TypeError(
             f"A {type(path).__name__} is no path of a building; give the path of its URDF."
         )
-    building = assemble(read_description(Path(path), refuse), refuse)
-    return replace(building, error=read_sidecar(Path(path)))
+    urdf = urdf_of(Path(path))
+    building = assemble(read_description(urdf, refuse), refuse)
+    return replace(building, error=read_sidecar(urdf))
 
 
 def assemble(description: Description, refuse: Refuse) -> Building:

@@ -12,7 +12,7 @@ from objstate.building.model import Building, Mesh, MovableObject
 from objstate.building.outline import outline
 from objstate.building.problems import find_problems
 from objstate.building.sidecar import read_sidecar, sidecar_path, unknown_doors
-from objstate.building.urdf import read_description
+from objstate.building.urdf import read_description, urdf_of
 from objstate.errors import BuildingError, SettingsError
 from objstate.geometry import FloatArray
 
@@ -50,13 +50,13 @@ class BuildingSummary:
 
 
 def inspect_building(path: str | Path, height: float = DEFAULT_HEIGHT) -> BuildingSummary:
-    """What a URDF holds for a level laser at ``height`` m, and what is wrong with it.
+    """What a URDF, or the only one in a folder, holds for a level laser at ``height`` m, and what is wrong with it.
 
     A building that can't be used is still shown as far as it can be read; why it is
     refused stands first among the problems. Raises BuildingError only where the file
     is no URDF at all.
     """
-    path = Path(path)
+    path = urdf_of(Path(path))
     problems: list[str] = []
 
     def note(error: BuildingError) -> None:

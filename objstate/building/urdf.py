@@ -98,8 +98,6 @@ def read_description(path: Path, refuse: Refuse) -> Description:
     Each error in a link or joint goes to ``refuse``; if that returns, what is wrong
     is left out. Raises BuildingError where no URDF can be read at all.
     """
-    if path.is_dir():
-        raise BuildingError(f"{path} is a folder; give its URDF, {urdf_of(path)}.")
     robot = read_xml(path)
     _check_is_urdf(robot, path)
     links = _named(robot.all("link"), lambda element: read_link(element, path, refuse), refuse)

@@ -90,7 +90,7 @@ def estimate(
         Path,
         typer.Option(
             metavar="URDF",
-            help="The building; its joints are the objects. With --learn-building also a ROS map.",
+            help="The building, or its folder. Joints are objects. With --learn-building also a map.",
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],

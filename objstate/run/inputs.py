@@ -13,6 +13,7 @@ from typing import Any
 from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
+from objstate.building.urdf import urdf_of
 from objstate.errors import TruthError
 from objstate.run.options import RunOptions
 from objstate.storage import building_here, is_remote
@@ -27,7 +28,7 @@ class BuildingInput:
 
     @staticmethod
     def read(urdf: str | Path) -> BuildingInput:
-        """Read a URDF with its meshes, from a URL too.
+        """Read a URDF with its meshes, or the only one in a folder, from a URL too.
 
         Raises BuildingError, LogError and OutageError, and TypeError for what is no path.
         """
@@ -36,9 +37,11 @@ class BuildingInput:
                 f"A {type(urdf).__name__} is no path of a building; give the path of its URDF, or "
                 "what objstate.run.BuildingInput.read makes of it."
             )
-        path = building_here(str(urdf))
+        here = building_here(str(urdf))
+        path = urdf_of(here)
         model = load_building(path)
-        return BuildingInput(model, describe_building(path, model) | {"path": str(urdf)})
+        given = str(urdf if path == here else path)
+        return BuildingInput(model, describe_building(path, model) | {"path": given})
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:

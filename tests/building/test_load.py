@@ -277,11 +277,17 @@ def test_a_map_is_refused_and_what_makes_a_building_of_it_named(tmp_path: Path) 
         load_building(tmp_path / "map.yaml")
 
 
-def test_a_folder_is_refused_with_the_urdf_that_it_holds(tmp_path: Path) -> None:
+def test_a_folder_stands_for_the_only_urdf_that_it_holds(tmp_path: Path) -> None:
     with pytest.raises(BuildingError, match="holds 0 URDF files"):
         load_building(tmp_path)
+    corridor = Path(__file__).resolve().parents[2] / "models" / "corridor"
+    assert (
+        load_building(corridor).objects.keys()
+        == load_building(corridor / "corridor.urdf").objects.keys()
+    )
     (tmp_path / "office.urdf").touch()
-    with pytest.raises(BuildingError, match=r"is a folder; give its URDF, .*office\.urdf"):
+    (tmp_path / "other.urdf").touch()
+    with pytest.raises(BuildingError, match="holds 2 URDF files; give that of the building"):
         load_building(tmp_path)
 
 

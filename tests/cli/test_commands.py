@@ -330,12 +330,14 @@ def test_an_unknown_format_is_refused_with_the_known(run, drive: Path) -> None:
     assert "rosbag2" in outcome.err
 
 
-def test_inspect_of_a_buildings_folder_names_its_urdf(run, drive: Path, tmp_path: Path) -> None:
+def test_a_folder_stands_for_the_building_in_it(run, drive: Path, tmp_path: Path) -> None:
     shutil.copy(drive / "room.urdf", tmp_path / "room.urdf")
-    outcome = run("inspect", tmp_path)
-    assert outcome.code == 1
-    assert f"{tmp_path} is a folder; give its URDF, {tmp_path / 'room.urdf'}" in outcome.err
-    shutil.copy(drive / "log" / "log.mcap", tmp_path)
+    assert run("inspect", tmp_path).out == run("inspect", tmp_path / "room.urdf").out
+    log, out = drive / "log" / "log.mcap", tmp_path / "out"
+    assert run("estimate", log, "--building", tmp_path, "--out", out).code == 0
+    told = json.loads((out / "run.json").read_text())["inputs"]["building"]
+    assert told["path"] == str(tmp_path / "room.urdf")
+    shutil.copy(log, tmp_path)
     assert "Records:" in run("inspect", tmp_path).out
 
 
