@@ -56,7 +56,7 @@ MOST_DRAWN = 2  # leaves in a map, about one jamb
 LONGER = 8  # cells beyond a leaf's end that have to be free
 STRAIGHT = 0.4  # cells by which the middle of a leaf's cells lies beside it
 LEAST_COLUMNS = 4  # cells along a leaf from which on they tell whether it is straight
-CORNER, CORNER_ASIDE = 3, 2.5  # cells across a leaf's end that are a corner, and beside it
+CORNER, CORNER_ASIDE = 3, 2.5  # cells from a leaf's end on that are a corner, and beside it
 
 
 def proposals(place: Doorway) -> list[Leaf]:
@@ -217,24 +217,26 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
                 continue
             drawn, leaf = _as_drawn(cells, opening, from_end, share, (hinge, turn, width))
             is_closed_behind = cells.fill(~leaf & cells.behind(opening, width), opening, 1.0)
-            if not is_closed_behind and not _turns_in(cells, opening, leaf, hinge, bearing + turn):
+            turns_in = _turns_in(cells, leaf, hinge, bearing + turn, bearing)
+            if not is_closed_behind and not turns_in:
                 found.append((drawn, leaf))  # else it is the side of a recess
     return found
 
 
 def _turns_in(
-    cells: Cells, opening: Opening, leaf: BoolArray, hinge: FloatArray, bearing: float
+    cells: Cells, leaf: BoolArray, hinge: FloatArray, bearing: float, inwards: float
 ) -> bool:
     """Whether what the map shows in a leaf's cells (n,) turns a corner at the free end.
 
-    That is towards the middle of the opening, as the wall does about a door at the back of a recess.
+    That is along the opening, with the bearing ``inwards`` to the other jamb, as the wall does about
+    a door at the back of a recess.
     """
     size = cells.plan.resolution
-    along, aside = beside(cells.middles, hinge, bearing)
-    _, middle = beside(opening.middle[None], hinge, bearing)
-    at_end = np.abs(along - along[leaf].max(initial=0.0)) < CORNER_ASIDE * size
-    across = np.round(aside[at_end] * np.sign(middle) / size)
-    return bool(np.isin(np.arange(1, CORNER + 1), across).all())
+    along, _ = beside(cells.middles, hinge, bearing)
+    end = along[leaf].max(initial=0.0) * np.array([np.cos(bearing), np.sin(bearing)])
+    along, aside = beside(cells.middles, hinge + end, inwards)
+    on = np.round(along[np.abs(aside) < CORNER_ASIDE * size] / size)
+    return bool(np.isin(np.arange(1, CORNER + 1), on).all())
 
 
 def _as_drawn(

@@ -550,6 +550,18 @@ def test_the_side_of_a_recess_is_no_leaf_that_stands_open(back: int) -> None:
     assert found == (set() if back >= 4 else {False})
 
 
+def test_a_leaf_that_leans_against_a_wall_is_no_side_of_a_recess() -> None:
+    plan = with_gap()
+    turn = np.radians(116.0)
+    places = np.array([2.025, 1.025]) + np.arange(0.0, 0.88, 0.01)[:, None] * (
+        np.array([np.cos(turn), np.sin(turn)])
+    )
+    columns, rows = np.floor(places / 0.05).astype(int).T
+    plan.occupied[rows, columns] = True
+    plan.occupied[rows[-1] :, columns[-1]] = True
+    assert {leaf.from_end for leaf in shown_in_gap(plan)} == {False}
+
+
 def test_the_steps_of_a_recess_are_less_surely_a_leaf_than_what_is_straight() -> None:
     straight, steps = with_gap(), with_gap()
     ways = np.arange(0.0, 0.8, 0.01)
