@@ -50,11 +50,11 @@ class BuildingSummary:
 
 
 def inspect_building(path: str | Path, height: float = DEFAULT_HEIGHT) -> BuildingSummary:
-    """What a URDF, or the only one in a folder, holds for a level laser at ``height`` m, and what is wrong with it.
+    """What a URDF holds for a level laser at ``height`` m, and what is wrong with it.
 
-    A building that can't be used is still shown as far as it can be read; why it is
-    refused stands first among the problems. Raises BuildingError only where the file
-    is no URDF at all.
+    Of a folder, its only URDF. A building that can't be used is still shown as far as it can be
+    read; why it is refused stands first among the problems. Raises BuildingError only where the
+    file is no URDF at all.
     """
     path = urdf_of(Path(path))
     problems: list[str] = []

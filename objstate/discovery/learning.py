@@ -109,13 +109,10 @@ class _Work:
         """What drives saw, localized in a building. Raises LogError."""
         found = {}
         for number, log in enumerate(logs):
-            before = sum(self.done)
             self.done.append(0.0)
 
-            def gathered(
-                share: float, s: float, number: int = number, before: float = before
-            ) -> None:
-                self.done[-1] = s
+            def gathered(share: float, seconds: float, number: int = number) -> None:
+                self.done[-1] = seconds
                 self._tell(begin, end, (number + share) / len(logs))
 
             found[log] = gather(log, building, self.run, gathered)
