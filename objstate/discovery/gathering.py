@@ -95,7 +95,7 @@ class Gathered:
     """What one drive saw."""
 
     beams: Beams  # none, where the robot was localized nowhere
-    was_lost: bool  # so that another model of the building might place more of them
+    lost_share: float  # of the time in which there was a pose
 
 
 def gather(
@@ -109,6 +109,7 @@ def gather(
     kept: list[tuple[int, Beams]] = []
     last: dict[str, FloatArray] = {}
     began_ns: int | None = None
+    seconds = 0.0
     for record in records:
         estimator.feed(record)
         robot = estimator.robot
@@ -128,7 +129,8 @@ def gather(
     lost = lost_or_unconfirmed(estimator.lost, kept[-1][0] if kept else 0)
     right = [part for ns, part in kept if not any(begin <= ns < end for begin, end in lost)]
     scans = [replace(part, scan=part.scan + number) for number, part in enumerate(right)]
-    return Gathered(Beams.of(scans), bool(lost))
+    lost_ns = sum(end - begin for begin, end in lost)
+    return Gathered(Beams.of(scans), lost_ns / NANOSECONDS / max(seconds, 1.0))
 
 
 def lost_or_unconfirmed(lost: Sequence[tuple[int, int]], last_ns: int) -> Sequence[tuple[int, int]]:

@@ -36,6 +36,7 @@ NAME = "building"  # of what is written
 # from which share of the whole work to which, on average
 LOCALIZING, FINDING = (0.0, 0.3), (0.3, 0.5)
 LOCALIZING_AGAIN, FINDING_AGAIN = (0.5, 0.8), (0.8, 1.0)
+OFTEN_LOST = 0.05  # of a drive, from which on another model of the building may place more of it
 NOWHERE = "The robot was localized nowhere: is it a log of this building, and is the start right?"
 
 Report = Callable[[float, float], None]  # share of all done, seconds of logs done
@@ -76,7 +77,7 @@ def learn_doors(
     drives = work.localized(list(digests), walls, *LOCALIZING)
     found = work.weighed(drives, *FINDING)
     # among doors that were moved since, or in rooms that were closed, a map misleads
-    if again := [log for log, drive in drives.items() if drive.was_lost]:
+    if again := [log for log, drive in drives.items() if drive.lost_share > OFTEN_LOST]:
         drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
         found = work.weighed(drives, *FINDING_AGAIN)
     warnings += [

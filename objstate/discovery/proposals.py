@@ -34,7 +34,7 @@ from objstate.discovery.scoring import (
     Leaf,
 )
 from objstate.discovery.walls import Opening
-from objstate.geometry import BoolArray, FloatArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
 SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD, LOOK_STD = 0.03, 0.015  # m, of the map, and of a look
@@ -54,7 +54,7 @@ GAP_BEHIND = 2.5  # cells without any, behind which there is something else
 END_WEIGHT = 0.25  # of how far a leaf's end is off, against its cells
 MOST_DRAWN = 2  # leaves in a map, about one jamb
 LONGER = 8  # cells beyond a leaf's end that have to be free
-STRAIGHT = 0.4  # cells by which the middle of a leaf's cells lies beside it
+STRAIGHT = 0.6  # cells by which the nearest of a leaf's cells lies beside it
 LEAST_COLUMNS = 4  # cells along a leaf from which on they tell whether it is straight
 CORNER, CORNER_ASIDE = 3, 2.5  # cells from a leaf's end on that are a corner, and beside it
 
@@ -229,14 +229,21 @@ def _turns_in(
     """Whether what the map shows in a leaf's cells (n,) turns a corner at the free end.
 
     That is along the opening, with the bearing ``inwards`` to the other jamb, as the wall does about
-    a door at the back of a recess.
+    a door at the back of a recess, before which nothing is. A map that shows a leaf at two angles
+    has it there, too.
     """
     size = cells.plan.resolution
     along, _ = beside(cells.middles, hinge, bearing)
-    end = along[leaf].max(initial=0.0) * np.array([np.cos(bearing), np.sin(bearing)])
-    along, aside = beside(cells.middles, hinge + end, inwards)
-    on = np.round(along[np.abs(aside) < CORNER_ASIDE * size] / size)
-    return bool(np.isin(np.arange(1, CORNER + 1), on).all())
+    length = along[leaf].max(initial=0.0)
+
+    def across(way: float) -> IntArray:
+        """Numbers of the cells along the opening, from a way along the leaf on."""
+        start = hinge + way * np.array([np.cos(bearing), np.sin(bearing)])
+        along, aside = beside(cells.middles, start, inwards)
+        return np.round(along[np.abs(aside) < CORNER_ASIDE * size] / size).astype(np.int64)
+
+    is_corner = np.isin(np.arange(1, CORNER + 1), across(length)).all()
+    return bool(is_corner and not np.isin(across(length / 2.0), (CORNER - 1, CORNER)).any())
 
 
 def _as_drawn(
@@ -261,7 +268,8 @@ def _as_drawn(
 def _log_straight(points: FloatArray, hinge: FloatArray, bearing: float, cells: Cells) -> float:
     """Log-likelihood ratio of what a map shows (n, 2) on a leaf, to something that isn't straight.
 
-    That lies evenly about the leaf, as the steps of a recess do along its diagonal. 0 at most.
+    That lies evenly about the leaf, as the steps of a recess do along its diagonal. What the map
+    shows besides doesn't count. 0 at most.
     """
     size = cells.plan.resolution
     along, aside = beside(points, hinge, bearing)
@@ -269,8 +277,7 @@ def _log_straight(points: FloatArray, hinge: FloatArray, bearing: float, cells: 
     counts = np.bincount(column)
     if len(counts) < LEAST_COLUMNS:
         return 0.0
-    along, aside = (np.bincount(column, each) / counts for each in (along, aside))
-    off = aside - np.polyval(np.polyfit(along, aside, 1), along)
+    off = aside[np.lexsort((np.abs(aside), column))][np.cumsum(counts) - counts]  # the nearest
     std = STRAIGHT * size
     each = math.log(2.0 * ON_LEAF / (math.sqrt(2.0 * math.pi) * std))
     return min(float(np.sum(each - 0.5 * np.square(off / std))), 0.0)

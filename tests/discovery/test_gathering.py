@@ -55,8 +55,8 @@ def test_a_drive_that_was_lost_is_localized_again_among_the_doors_that_were_foun
     right = [
         learning.gather(log, learning_walls(made.map), learning.RunOptions()) for log in made.logs
     ]
-    assert not any(each.was_lost for each in right)
-    places = Places(right[0], Gathered(nothing(), was_lost=True), right[1])
+    assert not any(each.lost_share for each in right)
+    places = Places(right[0], Gathered(nothing(), lost_share=1.0), right[1])
     monkeypatch.setattr(learning, "gather", places.gather)
     learnt = learn_doors(made.logs, made.map, tmp_path / "found")
     (_, none), (_, no_doors), (again, doors) = places.asked
@@ -76,7 +76,7 @@ def test_a_drive_that_is_localized_nowhere_is_left_out_by_name(
 ) -> None:
     made = make_drives(floor(), tmp_path / "floor", seed=5, count=2, moved=1.0)
     right = learning.gather(made.logs[0], learning_walls(made.map), learning.RunOptions())
-    lost = Gathered(nothing(), was_lost=True)
+    lost = Gathered(nothing(), lost_share=1.0)
     monkeypatch.setattr(learning, "gather", Places(right, lost, lost).gather)
     (warning,) = learn_doors(made.logs, made.map, tmp_path / "found").warnings
     assert warning.startswith(f"{made.logs[1]}: The robot was localized nowhere")
