@@ -110,15 +110,32 @@ def row(name: str, tally: Tally, seconds: float) -> str:
     )
 
 
+def add_kinds(parser: argparse.ArgumentParser) -> None:
+    """Add the options of what kind floors are."""
+    parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
+    parser.add_argument("--entered", action="store_true", help="rooms entered, a turned map")
+    parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
+    parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
+
+
+def floor_of(seed: int, given: argparse.Namespace) -> Floor:
+    """A floor of the kind that these options ask for."""
+    floor = make_floor(seed, recessed=given.recessed)
+    if given.sliding:
+        with_sliding(floor, seed)
+    if given.furnished:
+        furnished(floor, seed)
+    if given.entered:
+        entered(floor, seed)
+    return floor
+
+
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=seeds_of, default=seeds_of("1:5"))
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
-    parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
-    parser.add_argument("--entered", action="store_true", help="rooms entered, a turned map")
-    parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
-    parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
+    add_kinds(parser)
     given = parser.parse_args()
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
     print(
@@ -129,13 +146,7 @@ def main() -> None:
     for name, (count, moved) in cases.items():
         tally, seconds = Tally(), 0.0
         for seed in given.seeds:
-            floor = make_floor(seed, recessed=given.recessed)
-            if given.sliding:
-                with_sliding(floor, seed)
-            if given.furnished:
-                furnished(floor, seed)
-            if given.entered:
-                entered(floor, seed)
+            floor = floor_of(seed, given)
             with tempfile.TemporaryDirectory() as scratch:
                 folder = (given.keep or Path(scratch)) / f"{seed}_{count}"
                 folder.mkdir(parents=True, exist_ok=True)

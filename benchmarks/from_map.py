@@ -18,17 +18,17 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from benchmarks.finding import closed
-from benchmarks.floors import Floor, entered, furnished, make_drives, make_floor
+from benchmarks.finding import NORMAL_90, add_kinds, closed, floor_of
+from benchmarks.floors import Floor, make_drives
 from benchmarks.independent.__main__ import seeds_of
+from benchmarks.independent.metrics import SECOND, SURE, WRONG
 from objstate import RunOptions, estimate_log, load_building
 from objstate.building.door_table import Door
 from objstate.building.model import Building, Kind
 from objstate.discovery import learn_doors, refine_building
+from objstate.geometry import wrap
 
-NORMAL_90 = 1.645
 FOUND_BY = 3  # drives
-SURE, WRONG = 10.0, 5.0  # deg; an interval narrower than the one, an error above the other
 
 
 @dataclass
@@ -60,21 +60,13 @@ def placed(building: Building) -> dict[str, Door]:
 def matches(floor: Floor, doors: Mapping[str, Door]) -> dict[str, Door]:
     """The true door that each of a building's doors is, where it has the right hinge and side."""
     out = {}
-    for true in floor.doors_in_map:
+    for true in floor.doors_in_map if doors else ():
         middle = closed(true)[1]
-        near = sorted(doors, key=lambda name: float(np.hypot(*(closed(doors[name])[1] - middle))))
-        if not near:
-            continue
-        best = doors[near[0]]
-        is_at_hinge = np.hypot(*(best.hinge - true.hinge)) < true.width / 2.0
-        if is_at_hinge and best.sense == true.sense:
-            out[near[0]] = true
+        name = min(doors, key=lambda each: float(np.hypot(*(closed(doors[each])[1] - middle))))
+        is_at_hinge = np.hypot(*(doors[name].hinge - true.hinge)) < true.width / 2.0
+        if is_at_hinge and doors[name].sense == true.sense:
+            out[name] = true
     return out
-
-
-def degrees_between(a: float, b: float) -> float:
-    """From -180 to 180, of two directions in rad."""
-    return float(np.degrees((a - b + np.pi) % (2.0 * np.pi) - np.pi))
 
 
 def hang(
@@ -84,7 +76,7 @@ def hang(
     errors = building.error.doors if building.error else {}
     for name, door in true.items():
         off = doors[name].hinge - door.hinge
-        turn = abs(degrees_between(doors[name].closed_bearing, door.closed_bearing))
+        turn = abs(float(np.degrees(wrap(doors[name].closed_bearing - door.closed_bearing))))
         tally.hinges_m.append(float(np.hypot(*off)))
         tally.bearings_deg.append(turn)
         if name in errors:
@@ -114,7 +106,7 @@ def estimated(
         )
         off = np.abs(middle - truth)
         is_wrong = (off > WRONG) & (high - low < SURE) & ((truth < low) | (truth > high))
-        step = np.append(np.diff(rows["stamp"].to_numpy()), 0) * 1e-9
+        step = np.append(np.diff(rows["stamp"].to_numpy()), 0) / SECOND
         tally.wrong_s += float(step[is_wrong].sum())
         tally.all_s += float(step.sum())
         tally.angles_deg.append(float(off[-1]))
@@ -140,9 +132,7 @@ def main() -> None:
     parser.add_argument("--more", type=int, default=0, help="drives that only adjust the building")
     parser.add_argument("--held-out", type=int, default=1, help="drives that are estimated")
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
-    parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
-    parser.add_argument("--entered", action="store_true", help="rooms entered")
-    parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
+    add_kinds(parser)
     given = parser.parse_args()
     tallies = {name: Tally() for name in ("found", "adjusted", "exact")}
     for seed in given.seeds:
@@ -162,12 +152,8 @@ def _of_seed(
     seed: int, given: argparse.Namespace, scratch: Path, tallies: Mapping[str, Tally]
 ) -> None:
     """Add a floor."""
-    floor, count = make_floor(seed, recessed=given.recessed), FOUND_BY + given.more + given.held_out
-    if given.furnished:
-        furnished(floor, seed)
-    if given.entered:
-        entered(floor, seed)
-        floor.turn = 0.0  # so that the building as it was built has the map's frame
+    floor, count = floor_of(seed, given), FOUND_BY + given.more + given.held_out
+    floor.turn = 0.0  # so that the building as it was built has the map's frame
     folder = (given.keep or scratch) / f"{seed}_{count}"
     folder.mkdir(parents=True, exist_ok=True)
     drives = make_drives(floor, folder, seed, count, 0.5)

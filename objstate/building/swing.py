@@ -70,9 +70,8 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     ``TAIL`` past the free edge, are leaf as well. What reaches farther is a wall. ``tolerance`` is
     half the leaf's thickness and the blur of the map; cells that close to the hinge are the jamb
     and stay. Where the table says at which angle the map shows the leaf, this holds of that angle
-    instead of the widest opening, and what else is in the sector stays; the table was compared with
-    the map, so that the leaf closes along no wall. Of a leaf that slides only what stands about its
-    closed place is cleared: elsewhere it lies on a wall, or in it.
+    instead of the widest opening, and what else is in the sector stays. Of a leaf that slides only
+    what stands about its closed place is cleared: elsewhere it lies on a wall, or in it.
     """
     tolerance = thickness / 2 + SMEAR * plan.resolution
     rows, columns = np.nonzero(plan.occupied)
@@ -80,8 +79,6 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     turn, reach = _polar(cells - door.hinge, door)
     along, aside = _beside(turn, reach)
     is_wall, beyond = _walls_in_line(turn, reach, door, tolerance, plan.resolution)
-    if is_wall and door.in_map is not None:
-        is_wall, beyond = False, np.inf
     in_place = np.abs(aside) <= tolerance
     far = in_place & (along >= beyond)
     closed = (along > tolerance) & (along <= door.width) & in_place & ~far
@@ -110,7 +107,8 @@ def _walls_in_line(
 
     All of it where cells fill the place, and behind the hinge there is an equal gap that ends at
     cells again, as a doorway does. A wall that shows beside it, within ``FRAME``, is that behind
-    whose face the leaf lies, and no gap. A leaf begins at its hinge, so that what follows a gap is
+    whose face the leaf lies, and no gap. A table that was compared with the map, as it says where
+    that shows the leaf, has no leaf that closes along a wall. A leaf begins at its hinge, so that what follows a gap is
     the wall on its other side; up to ``FRAME`` of that may be a leaf drawn too long.
     """
     along, aside = _beside(turn, reach)
@@ -125,7 +123,8 @@ def _walls_in_line(
     leaf = door.width - tolerance
     ends = bool(np.any(behind > door.width - FRAME))
     gap = behind[behind < door.width - FRAME]
-    if length(ahead) >= FULL * leaf and length(gap) <= EMPTY * leaf and ends:
+    is_doorway = length(gap) <= EMPTY * leaf and ends
+    if door.in_map is None and is_doorway and length(ahead) >= FULL * leaf:
         return True, np.inf
     wide = np.flatnonzero(np.diff(np.append(tolerance, ahead)) >= GAP)
     beyond = float(ahead[wide[0]]) if len(wide) else np.inf

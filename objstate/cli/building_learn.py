@@ -118,13 +118,12 @@ def _refine(
     quiet: bool,
 ) -> None:
     """Learn where a building's walls and doors are."""
-    from objstate.building.urdf import urdf_of
     from objstate.discovery import refine_building
 
     with progress_bar("Learning from drives", quiet) as report:
         refined = refine_building(
             logs,
-            urdf_of(building),
+            building,
             out,
             options,
             jobs=jobs,

@@ -217,9 +217,9 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
                 continue
             drawn, leaf = _as_drawn(cells, opening, from_end, share, (hinge, turn, width))
             is_closed_behind = cells.fill(~leaf & cells.behind(opening, width), opening, 1.0)
-            turns_in = _turns_in(cells, leaf, hinge, bearing + turn, bearing)
-            if not is_closed_behind and not turns_in:
-                found.append((drawn, leaf))  # else it is the side of a recess
+            if is_closed_behind or _turns_in(cells, leaf, hinge, bearing + turn, bearing):
+                continue  # it is the side of a recess
+            found.append((drawn, leaf))
     return found
 
 
@@ -255,23 +255,23 @@ def _as_drawn(
 ) -> tuple[Drawn, BoolArray]:
     """What a map shows in the place of a leaf, by its hinge, turn and width, and its cells."""
     hinge, turn, width = leaf
-    on = cells.on_leaf(hinge, opening.jamb(from_end)[1] + turn, width)
+    bearing = opening.jamb(from_end)[1] + turn
+    on = cells.on_leaf(hinge, bearing, width)
     fills = np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
     is_at_jamb = cells.has_jamb(~on, opening, from_end)
     points, log_none = cells.middles[on], share * FILLED
     if is_at_jamb and not fills:
-        log_straight = _log_straight(points, hinge, opening.jamb(from_end)[1] + turn, cells)
+        log_straight = _log_straight(points, hinge, bearing, cells.plan.resolution)
         log_none = min(DRAWN - log_straight, 0.0)
     return Drawn(from_end, turn, hinge, share, points, log_none), on
 
 
-def _log_straight(points: FloatArray, hinge: FloatArray, bearing: float, cells: Cells) -> float:
-    """Log-likelihood ratio of what a map shows (n, 2) on a leaf, to something that isn't straight.
+def _log_straight(points: FloatArray, hinge: FloatArray, bearing: float, size: float) -> float:
+    """Log-likelihood ratio of cells (n, 2), of a size in m, on a leaf, to what isn't straight.
 
     That lies evenly about the leaf, as the steps of a recess do along its diagonal. What the map
     shows besides doesn't count. 0 at most.
     """
-    size = cells.plan.resolution
     along, aside = beside(points, hinge, bearing)
     _, column = np.unique(np.floor(along / size), return_inverse=True)
     counts = np.bincount(column)

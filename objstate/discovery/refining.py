@@ -20,6 +20,7 @@ from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_of
+from objstate.building.urdf import urdf_of
 from objstate.building.warping import Columns
 from objstate.building.writing import (
     CALIBRATION,
@@ -100,7 +101,8 @@ def refine_building(
     lost for most of the time are left out. Raises BuildingError, SettingsError, ResultError, and
     LogError, also where no drive is left.
     """
-    run, target, model = run or RunOptions(), Path(out), BuildingInput.read(building).model
+    run, target, building = run or RunOptions(), Path(out), urdf_of(Path(building))
+    model = BuildingInput.read(building).model
     digest, columns = geometry_digest(model), Columns.of(model.walls)
     error = model.error or BuildingErrorSettings()
     before = told_before(target, digest)
