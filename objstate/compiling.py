@@ -84,16 +84,21 @@ def _source_of(module: str) -> tuple[bytes, list[str]]:
     return b"", []
 
 
-def inner(**options: Any) -> Callable[[F], F]:
+def inner(makes_arrays: bool = False, **options: Any) -> Callable[[F], F]:
     """``numba.njit(**options)`` for functions that only compiled loops call.
 
     They are inlined into each of those. As functions of their own, several loops would hold copies
     of them, rounded differently, and which of these runs would depend on what was compiled or
     loaded before.
+
+    What ``makes_arrays`` counts references to these. In others the counting, which is atomic, took
+    up to a third of a loop's time, so that numba is told to leave it out; it refuses to compile one
+    that makes an array all the same.
     """
     import numba
 
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
+    options |= {"_nrt": makes_arrays}
     return numba.njit(**options)  # type: ignore[no-any-return]
 
 

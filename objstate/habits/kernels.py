@@ -13,6 +13,7 @@ LEAST = 1e-300  # probability
 
 _compile = njit(nogil=True, error_model="numpy")
 _inner = inner(nogil=True, error_model="numpy")
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy")
 
 
 @_inner
@@ -27,7 +28,7 @@ def _transitions(right: FloatArray, left: FloatArray, kept: FloatArray, passes: 
             passes[m, j] = x
 
 
-@_inner
+@_maker
 def _moved(
     state: FloatArray,
     rates: FloatArray,
@@ -99,7 +100,7 @@ def _inform(
                 information[c, d] += told[c] * told[d]
 
 
-@_inner
+@_maker
 def _condition(state: FloatArray, slope: FloatArray, look: FloatArray, score: FloatArray) -> float:
     """Take a look in; the probability of it."""
     s, chance = state.shape[0], 0.0
@@ -179,7 +180,7 @@ def forward(
     return total
 
 
-@_inner
+@_maker
 def _over(
     rates: FloatArray, right: FloatArray, left: FloatArray, seconds: float, passes: FloatArray
 ) -> FloatArray:

@@ -24,6 +24,7 @@ STANDING = 0.5  # 1/m, density of ranges to an object in any of its states
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @record("densities", "f f f f f f f f")
@@ -88,7 +89,7 @@ def wall_sums(
     return _wall_sums(mean, covariance, columns, prior, farthest)
 
 
-@_inner
+@_maker
 def _shared(covariance: FloatArray, columns: IntArray) -> Any:
     """Covariance (11, 11) of the state's ``columns`` (11,) on which all beams depend."""
     out = np.empty((OFFSET, OFFSET))
@@ -583,7 +584,7 @@ def gather(
             information[columns[a], columns[b]] = information[columns[b], columns[a]] = known[a, b]
 
 
-@_inner
+@_maker
 def _evidence_of_pose(  # noqa: PLR0912
     residuals: FloatArray,
     own: FloatArray,

@@ -12,6 +12,7 @@ from objstate.linear import wrapped
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
@@ -104,7 +105,7 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
     return numbers
 
 
-@_inner
+@_maker
 def _narrow_root(root: FloatArray, width: float, sides: FloatArray) -> Any:
     """The root (3, 3) of a covariance times a width, limited to a cell of ``sides`` (3,)."""
     out, widest = np.empty((3, 3)), 1.0

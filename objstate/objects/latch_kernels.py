@@ -23,6 +23,7 @@ LEAST_OF_DENSITY = 1e-9  # share of a limit's density below which a component is
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
@@ -92,7 +93,7 @@ def _log_shares(
     return largest + math.log(total)
 
 
-@_inner
+@_maker
 def _latch(
     atom: int,
     weights: FloatArray,

@@ -20,10 +20,11 @@ ENDS_S, LEAVES_S, MOST_CELLS = range(3)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
-@_inner
+@_maker
 def _taps(variance: float, most: int) -> Any:
     """The kernel of a random walk with a variance in cells squared, by distance in cells.
 
@@ -136,7 +137,7 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     return _moments(weights, first, cell, wraps)
 
 
-@_inner
+@_maker
 def _moved(
     weights: FloatArray,
     p_moving: FloatArray,

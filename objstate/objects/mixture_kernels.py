@@ -47,6 +47,7 @@ HOPELESS = 16.0
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @record("beams", "f1 f2 f2 f1 f1 f1 f1")
@@ -82,7 +83,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the other surface, and of mixed ones
 
 
-@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2")
+@record("shape", "f2 f2 f1 f2 i2 f f1 f2 f2 f1")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -95,6 +96,7 @@ class Shape(NamedTuple):
     slide: FloatArray  # (2,) m of motion in the building for each unit of the state
     handle: FloatArray  # (h, 4) m, segments of what may stick out of it, in the same frame
     handle_normals: FloatArray  # (h, 2)
+    about_handle: FloatArray  # (3,) m; x, y and radius of a circle that holds these segments
 
 
 class Work(NamedTuple):
@@ -181,7 +183,8 @@ def _cast(
         own_y = cos_turned * off_y - sin_turned * off_x
         own_dx, own_dy = cos_turned * dx + sin_turned * dy, cos_turned * dy - sin_turned * dx
         nearest, work.side[i] = _nearest(shape, own_x, own_y, own_dx, own_dy, x[THICKNESS])
-        for k in range(shape.handle.shape[0]):
+        may_bump = _passes(own_x, own_y, own_dx, own_dy, shape.about_handle)
+        for k in range(shape.handle.shape[0] if may_bump else 0):
             normal = shape.handle_normals[k]
             bump = met(own_x, own_y, own_dx, own_dy, shape.handle[k], normal)
             if bump < min(work.bump[i], nearest, beams.background[i]):
@@ -195,6 +198,12 @@ def _cast(
         if work.expected[i] >= beams.background[i]:
             work.expected[i], work.side[i], work.share[i] = np.inf, -1, 0.0
     return placed
+
+
+@_inner
+def _passes(x: float, y: float, dx: float, dy: float, circle: FloatArray) -> Any:
+    """Whether the line of a ray passes through a circle (3,)."""
+    return abs(dx * (circle[1] - y) - dy * (circle[0] - x)) <= circle[2]
 
 
 @_inner
@@ -748,6 +757,15 @@ def _see_edges(
 
 
 @_inner
+def _copy(mean: FloatArray, covariance: FloatArray, to: FloatArray, spread: FloatArray) -> None:
+    """Set ``to`` (8,) to a mean, and ``spread`` (8, 8) to a covariance."""
+    for a in range(ERRORS):
+        to[a] = mean[a]
+        for b in range(ERRORS):
+            spread[a, b] = covariance[a, b]
+
+
+@_inner
 def _refine(
     beams: Beams,
     shape: Shape,
@@ -776,7 +794,7 @@ def _refine(
     """
     is_new, is_first, expected, least_before, least_after = against
     x, pull, spread = work.x, work.pull, work.spread
-    x[:], spread[:] = mean, prior
+    _copy(mean, prior, x, spread)
     total, unrefined, reach, share = 0.0, 0.0, 0, 1.0
     placed, log_determinant, at_mean, scale = (1.0, 0.0, 0.0, 0.0), np.nan, 0.0, 1.0
     for look in range(looks + HALVINGS + 3):
@@ -803,7 +821,7 @@ def _refine(
                 break
             _posterior(prior, work)
             _step(mean, prior, work)
-            spread[:] = work.right
+            _copy(x, work.right, x, spread)
         elif look == looks:
             at_mean = total
         elif total - _cost(mean, share, precisions, work) >= at_mean or scale == 0.0:
@@ -817,7 +835,7 @@ def _refine(
     return total, unrefined, expected, reach, share, placed, log_determinant
 
 
-@_inner
+@_maker
 def _heaviest_first(weights: FloatArray) -> Any:
     """Components by descending weights (c,), none of 0; ``argsort`` takes longer to compile."""
     order, count = np.empty(weights.shape[0], dtype=np.int64), 0
@@ -962,7 +980,7 @@ def renew_robot(
                     covariance[a, b] += moved[a, k] * transfer[b, k]
 
 
-@_inner
+@_maker
 def _pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
     """Mean (8,) and covariance (8, 8) of a mixture of Gaussians with weights (c,) of sum one."""
     mean, covariance = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))

@@ -44,6 +44,7 @@ def shape_of(
         slide,
         handle,
         _normals(handle),
+        _circle_about(handle),
     )
 
 
@@ -52,6 +53,15 @@ def _normals(segments: FloatArray) -> FloatArray:
     along = segments[:, 2:] - segments[:, :2]
     lengths = np.hypot(along[:, 0], along[:, 1])
     return np.ascontiguousarray(np.column_stack([-along[:, 1], along[:, 0]]) / lengths[:, None])
+
+
+def _circle_about(segments: FloatArray) -> FloatArray:
+    """(3,) x, y and radius of a circle that holds segments (k, 4)."""
+    ends = segments.reshape(-1, 2)
+    if len(ends) == 0:
+        return np.zeros(3)
+    middle = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
+    return np.append(middle, 1.000001 * np.hypot(*(ends - middle).T).max())  # rounding
 
 
 def _faces(segments: FloatArray) -> FloatArray:

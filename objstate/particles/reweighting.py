@@ -13,6 +13,7 @@ STEP_PRECISION = 12  # halvings in the search for the largest step
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
@@ -27,7 +28,7 @@ def _raised(log: FloatArray, values: FloatArray) -> Any:
     return top, total
 
 
-@_inner
+@_maker
 def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
     """Systematic sample: indices (count,) of weights (n,) with a sum ``total``."""
     chosen, last = np.empty(count, dtype=np.int64), weights.shape[0] - 1

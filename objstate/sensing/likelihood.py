@@ -62,6 +62,7 @@ LEAST_SHARE = 1e-12  # largest rounding error when all shares are subtracted fro
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
@@ -390,7 +391,7 @@ def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> Non
         kept[p] = 1.0
 
 
-@_inner
+@_maker
 def _log_products(likelihood: FloatArray, out: FloatArray) -> None:
     """Logarithms ``out`` (p,) of the products over beams of likelihoods (n, p)."""
     product = np.empty(out.shape[0])

@@ -39,6 +39,7 @@ LEAST_LENGTH = 1e-200  # length of the mean direction of headings over the whole
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_finite = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
@@ -97,7 +98,7 @@ class Stands(NamedTuple):
     turned: float  # rad, their largest turn from it
 
 
-@_inner
+@_maker
 def stands(poses: FloatArray, sweep: FloatArray) -> Any:
     """``Stands`` of the sweep's centre for robot poses (p, 4)."""
     lasers, middle = np.empty((4, poses.shape[0])), np.empty(4)
@@ -257,7 +258,7 @@ def _seen_from(
             seen[j, end + 1] = y + sin * outline[j, end] + cos * outline[j, end + 1]
 
 
-@_inner
+@_maker
 def project(
     at: Stands,
     place: FloatArray,

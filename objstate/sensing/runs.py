@@ -27,6 +27,7 @@ from objstate.sensing.sweeps import (
 )
 
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
@@ -160,7 +161,7 @@ def _look_back(
         stopped_before[p] = lasts * goes_on + either
 
 
-@_inner
+@_maker
 def look_past(
     expected: FloatArray,
     measured: FloatArray,

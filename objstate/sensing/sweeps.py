@@ -33,6 +33,7 @@ GRAZING = 0.1  # cosine of incidence below which a range has no information abou
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
 
@@ -136,7 +137,7 @@ def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
     return farthest
 
 
-@_inner
+@_maker
 def taken(chosen: BoolArray, laser: Beams) -> Any:
     """The chosen (n,) beams of a scan: their order (m,), ``beams`` (7, m), and index."""
     count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
