@@ -29,6 +29,7 @@ from objstate.objects import exchange_kernels as exchange
 from objstate.objects import latch_kernels as latch
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
+from objstate.objects import update_kernels as update
 from objstate.particles import reweighting as particles
 from objstate.sensing import circles as sight
 from objstate.sensing import front_to_back, likelihood, pieces, projection, segments
@@ -51,7 +52,10 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
         *(pose.meet_objects, pose.expect_objects, pose.expect_each),
     ),
     (search.by_cell, search.look_round),
-    (mixture.pooled, mixture.renew_robot, mixture.join, repeats.meet, repeats.share),
+    (
+        *(mixture.pooled, mixture.renew_robot, mixture.join, repeats.meet, repeats.share),
+        *(update.begin, update.choose, update.reweigh),
+    ),
     (search.scores, lattice.moments, lattice.interval),
     (scans.total_log_likelihoods, scans.take, scans.stand, scans.stand_about, scans.hinged),
     (scans.ranges_to, scans.share_explained, scans.short, pieces.meet),

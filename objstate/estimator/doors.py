@@ -97,8 +97,8 @@ class Doors:
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
-        posterior, reached = posterior.given(scan.laser, exposure.beams(beams), noise, shape)
-        posterior = posterior.at(scan.stamp_ns)
+        readings = exposure.beams(beams)
+        posterior, reached = posterior.given(scan.laser, readings, noise, shape, scan.stamp_ns)
         self._learn(exposure.name, posterior)
         return Seen(self._read_off(posterior, belief), exposure, beams, reached > 0)
 

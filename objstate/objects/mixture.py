@@ -20,7 +20,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doorframe import BearingReading
@@ -28,7 +28,7 @@ from objstate.objects.doors import gaussian_prior, rest_shares
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
-    from objstate.objects import exchange_kernels, latch_kernels, repeats
+    from objstate.objects import exchange_kernels, latch_kernels, repeats, update_kernels
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise
 else:
@@ -36,6 +36,7 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
     latch_kernels = Later("objstate.objects.latch_kernels")
     repeats = Later("objstate.objects.repeats")
+    update_kernels = Later("objstate.objects.update_kernels")
 
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 MARGIN_DEG, MARGIN_M = 6.0, 0.05  # beyond a limit, where leaves of latched doors may still stand
@@ -52,9 +53,6 @@ FORGETS = 0.3  # probability that what was learnt of hinge and bearing is wrong,
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 PACES = np.geomspace(0.25, 256.0, 6)  # (k,) how often a door is moved, in units of the setting
 AS_SET = np.eye(len(PACES))[int(np.abs(np.log(PACES)).argmin())]
-NONE = np.empty(0, dtype=np.int64)
-
-_Gaussians = tuple[FloatArray, FloatArray]  # means and covariances
 
 
 @dataclass(frozen=True)
@@ -153,6 +151,16 @@ class Doorway:
         return out
 
     @lazy
+    def twins(self) -> FloatArray:
+        """(2 (c + o), 3) the placements twice."""
+        return np.concatenate([self.placements, self.placements])
+
+    @lazy
+    def nowhere(self) -> BoolArray:
+        """(c + o,) no component."""
+        return np.zeros(len(self.middles), dtype=bool)
+
+    @lazy
     def rest(self) -> FloatArray:
         """(c,) distribution of the state after a move."""
         if not self.atoms:
@@ -187,13 +195,12 @@ class Doorway:
         gain = statics.bearing / (statics.bearing + self.bearing.variance)
         return gain * self.bearing.error, gain * self.bearing.variance
 
-    def set_statics(self, means: FloatArray, covariances: FloatArray, statics: Statics) -> None:
-        """Set the static errors in Gaussians (c, 8), (c, 8, 8) to those before any scan."""
-        covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
-        covariances[:, kernels.THICKNESS, kernels.THICKNESS] = THICKNESS_STD**2
-        zero, variance = self.zero_before(statics)
-        means[:, kernels.ZERO] = zero
-        covariances[:, kernels.ZERO, kernels.ZERO] = variance
+    def static_errors(self, statics: Statics) -> tuple[FloatArray, FloatArray]:
+        """Means (8,) and variances (8,) of the static errors before any scan; 0 of the others."""
+        means, variances = np.zeros(kernels.ERRORS), np.zeros(kernels.ERRORS)
+        variances[HINGE], variances[kernels.THICKNESS] = statics.hinge, THICKNESS_STD**2
+        means[kernels.ZERO], variances[kernels.ZERO] = self.zero_before(statics)
+        return means, variances
 
     def _wanders(self, seconds: float) -> FloatArray:
         """(c, c) probabilities of each component of a moving door after some time, given now's."""
@@ -304,10 +311,8 @@ class DoorMixture:
     covariances: FloatArray  # (c + o, 8, 8)
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
+    arrived: BoolArray  # (c + o,) components that a moved door just arrived in
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
-    arrived: IntArray = field(
-        default_factory=lambda: NONE
-    )  # components that a moved door just arrived in
     stamp_ns: int | None = None
 
     @staticmethod
@@ -316,8 +321,9 @@ class DoorMixture:
         count, errors = len(door.middles), kernels.ERRORS
         statics = statics if door.turn else Statics(statics.hinge, 0.0)
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
+        means[:], variances = door.static_errors(statics)
+        covariances[:, range(errors), range(errors)] = variances
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
-        door.set_statics(means, covariances, statics)
         resting = door.prior
         return DoorMixture(
             door,
@@ -329,6 +335,7 @@ class DoorMixture:
             covariances,
             statics,
             np.tile(kernels.KINDS, (count, 1)),
+            door.nowhere,
         )
 
     @staticmethod
@@ -398,7 +405,7 @@ class DoorMixture:
             beyond = (1.0 - self.begun(seconds)) * beyond + came
             arriving = np.append(moved.arriving, came / np.maximum(beyond, NEVER))
             kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
-            arrived = np.flatnonzero(arriving >= 0.5)
+            arrived = arriving >= 0.5
             by_pace = np.stack([each.resting, each.moving])
         kernels.renew_robot(means, covariances, transfer, added)
         return altered(
@@ -421,12 +428,20 @@ class DoorMixture:
         return altered(self, stamp_ns=stamp_ns)
 
     def given(
-        self, laser: str, beams: Beams, noise: Noise, shape: kernels.Shape
+        self,
+        laser: str,
+        beams: Beams,
+        noise: Noise,
+        shape: kernels.Shape,
+        stamp_ns: int | None = None,
     ) -> tuple[DoorMixture, int]:
-        """Bayes' rule for a laser's scan, and the largest number of its beams that reach the leaf."""
-        door, count, cells = self.door, len(self.door.states), self.door.cells
-        weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
-        weights[cells:count] = 0.0
+        """Bayes' rule for a laser's scan, and the largest number of its beams that reach the leaf.
+
+        A component that a moved door just arrived in is conditioned with the hinge and bearing that
+        were learnt and with their priors. Its evidence is the sum; the likelier Gaussian is kept.
+        """
+        door, cells, atoms = self.door, self.door.cells, self.door.atoms
+        count, errors = len(door.middles), kernels.ERRORS
         ends = repeats.follow(
             self.ends.get(laser, repeats.NO_ENDS),
             beams.origins,
@@ -436,71 +451,29 @@ class DoorMixture:
             noise.growth,
             noise.range_max,
         )
-        reached, before, then, kinds, log_evidence = self._conditioned(
-            beams, noise, shape, ends, weights
+        weights, log_evidence = np.empty(2 * count), np.empty(2 * count)
+        arrived, kinds = np.empty(2 * count, dtype=bool), np.empty((2 * count, len(kernels.KINDS)))
+        means, covariances = np.empty((2 * count, errors)), np.empty((2 * count, errors, errors))
+        update_kernels.begin(
+            self.weights,
+            self.beyond,
+            self.arrived,
+            cells,
+            atoms,
+            NEVER,
+            FORGETS,
+            *door.static_errors(self.statics),
+            self.means,
+            self.covariances,
+            self.kinds,
+            weights,
+            arrived,
+            means,
+            covariances,
+            kinds,
+            log_evidence,
         )
-        means, covariances = then
-        if door.atoms:
-            latch_kernels.limit(
-                np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
-                door.middles,
-                door.widths,
-                cells,
-                *before,
-                means,
-                covariances,
-                log_evidence,
-            )
-        # what stands beyond a limit, as no free door does, may be far likelier than all doors
-        likelihood = np.exp(np.minimum(log_evidence - log_evidence[:count].max(), MOST_NATS))
-        by_pace = self.by_pace * likelihood[:count]
-        by_pace[0] = np.maximum(by_pace[0], NEVER)
-        shares = by_pace.sum(axis=(0, 2))
-        beyond = self.beyond * likelihood[count:] / float(self.posterior_paces @ shares)
-        after = altered(
-            self,
-            by_pace=by_pace / shares[:, None],
-            log_paces=self.log_paces + np.log(shares),
-            beyond=np.minimum(np.maximum(beyond, NEVER), 1.0),
-            means=means,
-            covariances=covariances,
-            kinds=kinds,
-            ends={**self.ends, laser: ends},
-            arrived=NONE,
-        )
-        if door.atoms:
-            free = np.concatenate([after.weights, after.beyond])
-            free[cells:count] = 0.0
-            kinds[cells:count] = free @ kinds / free.sum()
-        return after, reached
-
-    def _conditioned(
-        self,
-        beams: Beams,
-        noise: Noise,
-        shape: kernels.Shape,
-        ends: repeats.Ends,
-        weights: FloatArray,
-    ) -> tuple[int, _Gaussians, _Gaussians, FloatArray, FloatArray]:
-        """Number of beams reached, Gaussians before and after, kinds and evidence of components.
-
-        Components that a moved door just arrived in are conditioned with the hinge and bearing that
-        were learnt and with their priors. Their evidence is the sum; the likelier Gaussian is kept.
-        """
-        anew = self.arrived[weights[self.arrived] > 0.0]
-        before = [self.means, self.covariances, self.kinds]
-        if len(anew):
-            again = (*self._with_prior_statics(anew), self.kinds[anew])
-            before = [np.concatenate(each) for each in zip(before, again, strict=True)]
-        means, covariances, kinds = (each.copy() for each in before)
-        shares = np.concatenate([weights, FORGETS * weights[anew]])
-        shares[anew] *= 1.0 - FORGETS
-        log_evidence = np.full(len(means), -np.inf)
-        placements = self.door.placements
-        if len(anew):
-            placements = np.concatenate([placements, placements[anew]])
-        arrived = np.zeros(len(means), dtype=bool)
-        arrived[anew], arrived[len(weights) :] = True, True
+        before = means.copy(), covariances.copy()
         reached = kernels.condition(
             beams,
             shape,
@@ -508,39 +481,55 @@ class DoorMixture:
             repeats.shares(ends),
             ends.times,
             arrived,
-            placements,
-            shares,
-            static_precisions(self.door, self.statics),
+            door.twins,
+            weights,
+            static_precisions(door, self.statics),
             means,
             covariances,
             kinds,
             log_evidence,
         )
-        if not len(anew):
-            return int(reached), (before[0], before[1]), (means, covariances), kinds, log_evidence
-        count = len(weights)
-        known = log_evidence[anew] + math.log1p(-FORGETS)
-        unknown = log_evidence[count:] + math.log(FORGETS)
-        log_evidence[anew] = np.logaddexp(known, unknown)
-        chosen = np.arange(count)
-        chosen[anew] = np.where(unknown > known, count + np.arange(len(anew)), anew)
-        return (
-            int(reached),
-            (before[0][chosen], before[1][chosen]),
-            (means[chosen], covariances[chosen]),
-            kinds[chosen],
-            log_evidence[:count].copy(),
+        after = means, covariances, kinds
+        update_kernels.choose(FORGETS, weights, log_evidence, *after, *before)
+        means, covariances, kinds = (each[:count].copy() for each in after)
+        if atoms:
+            latch_kernels.limit(
+                np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
+                door.middles,
+                door.widths,
+                cells,
+                before[0][:count],
+                before[1][:count],
+                means,
+                covariances,
+                log_evidence[:count],
+            )
+        by_pace, log_paces, beyond = self.by_pace.copy(), self.log_paces.copy(), self.beyond.copy()
+        update_kernels.reweigh(
+            log_evidence[:count],
+            cells,
+            atoms,
+            MOST_NATS,
+            NEVER,
+            self.paces,
+            by_pace,
+            log_paces,
+            beyond,
+            kinds,
         )
-
-    def _with_prior_statics(self, chosen: IntArray) -> _Gaussians:
-        """Gaussians of components without what is known of hinge and bearing."""
-        means, covariances = self.means[chosen], self.covariances[chosen]
-        static = slice(kernels.ORIGIN, kernels.ERRORS)
-        means[:, static] = 0.0
-        covariances[:, static] = 0.0
-        covariances[:, :, static] = 0.0
-        self.door.set_statics(means, covariances, self.statics)
-        return means, covariances
+        posterior = altered(
+            self,
+            by_pace=by_pace,
+            log_paces=log_paces,
+            beyond=beyond,
+            means=means,
+            covariances=covariances,
+            kinds=kinds,
+            ends={**self.ends, laser: ends},
+            arrived=door.nowhere,
+            stamp_ns=stamp_ns,
+        )
+        return posterior, int(reached)
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
         """(k,) log p(z | variance) of a static error, up to a constant, for variances (k,)."""
