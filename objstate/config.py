@@ -203,6 +203,7 @@ class DoorErrorSettings(Strict):
 
     hinge_std_m: ErrorM
     bearing_std_deg: ErrorDeg
+    width_std_m: ErrorM | None = None  # of the leaf; else learnt from all doors
     # whether something stops the door at the limit farthest from closed; else none rests there
     stop_is_known: bool = True
 

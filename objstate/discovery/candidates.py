@@ -182,18 +182,18 @@ def limit_of(place: Doorway, best: Refined) -> float:
     """
     leaf = best.leaf
     seen = max(float(best.angles.max(initial=0.0)), _in_map(place, best))
-    pieces = [
-        wall.start + np.arange(begin, end, SPACED)[:, None] * wall.along
-        for wall in place.walls
-        if wall.shown >= LONGER * leaf.width
-        for begin, end in wall.solid
-    ]
-    along, aside = beside(np.concatenate([np.zeros((0, 2)), *pieces]), leaf.hinge, leaf.bearing)
-    far, angle = np.hypot(along, aside), np.arctan2(leaf.sense * aside, along)
-    # neither at the jambs, nor about the closed leaf
-    met = (far > WAY) & (far < leaf.width - WAY) & (angle * far > WAY)
-    stops = (angle + WAY / np.maximum(far, WAY))[met]
-    return max(float(stops[stops > seen].min(initial=np.pi)), min(seen + SWING, np.pi))
+    stops = [np.pi]
+    for wall in place.walls:
+        for begin, end in wall.solid if wall.shown >= LONGER * leaf.width else ():
+            points = wall.start + np.arange(begin, end, SPACED)[:, None] * wall.along
+            along, aside = beside(points, leaf.hinge, leaf.bearing)
+            far, angle = np.hypot(along, aside), np.arctan2(leaf.sense * aside, along)
+            # neither at the jambs, nor about the closed leaf
+            met = (far > WAY) & (far < leaf.width - WAY) & (angle * far > WAY)
+            first = float((angle + WAY / np.maximum(far, WAY))[met].min(initial=np.pi))
+            if first > seen:  # else it is the leaf itself, which was seen beyond it
+                stops.append(first)
+    return max(min(stops), min(seen + SWING, np.pi))
 
 
 def _apart(found: Sequence[Candidate]) -> list[Candidate]:

@@ -146,6 +146,7 @@ def _error(found: Candidate) -> DoorErrorSettings:
     return DoorErrorSettings(
         hinge_std_m=found.hinge_deviation,
         bearing_std_deg=math.degrees(found.bearing_std),
+        width_std_m=found.width_std,
         stop_is_known=found.door.slides or found.door.upper < math.pi,
     )
 

@@ -14,7 +14,7 @@ from objstate.config import BuildingErrorSettings
 from objstate.geometry import FloatArray
 from objstate.objects.doorframe import bearings_by_walls
 from objstate.world.places import Places, PlaceStatics, placed
-from objstate.world.statics import LEAST_STD_M, DoorStatics, Drive, combined, rehung
+from objstate.world.statics import LEAST_STD_M, DoorStatics, Drive, combined, leaves, rehung
 
 Motions = Mapping[str, tuple[FloatArray, float]]  # by object: a shift (2,) m, a turn in rad
 
@@ -69,7 +69,7 @@ def hung(
     names = sorted({name for each in drives for name in each} - error.doors.keys())
     bent = replace(building, walls=columns.warped(walls)) if names else building
     by_walls = bearings_by_walls(bent, names, error.wall_std_m)
-    return combined(there, error, _downward(building), by_walls)
+    return combined(there, error, _downward(building), by_walls, leaves(building))
 
 
 def places_beside(drive: Places, moved: Motions, times: float) -> Places:

@@ -44,6 +44,9 @@ AJAR_STEP_DEG = 0.2  # between the angles at which a door may be ajar, all equal
 OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
 LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
 OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
+Leaves = Mapping[
+    str, FloatArray
+]  # the same (4, 4) 1/m^2 of doors whose widths aren't known so well
 WIDTH_M, WIDEST_WIDTH_M = 0.01, 0.1  # first guess of leaves' deviation from their width; largest
 OWN_WIDTH_M = 0.005  # deviation of a width by one drive, beside what its scans tell
 ANGLES = 9  # of a leaf over which the deviation of its hinge is averaged
@@ -80,7 +83,11 @@ class DoorEvidence:
     @property
     def found(self) -> tuple[FloatArray, FloatArray] | None:
         """The hinge (2,) m and its covariance (2, 2); None where it isn't told in all directions."""
-        information = self.places + OF_LEAF
+        return self.found_with(OF_LEAF)
+
+    def found_with(self, of_leaf: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """The same with other information (4, 4) about the leaf before drives."""
+        information = self.places + of_leaf
         if np.linalg.eigvalsh(information)[0] < WIDEST_HINGE_M**-2.0:
             return None
         covariance = np.asarray(np.linalg.inv(information))
@@ -255,6 +262,7 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
         each.name: DoorErrorSettings(
             hinge_std_m=max(_seen_std(each, building.objects[each.name]), LEAST_STD_M),
             bearing_std_deg=max(math.degrees(each.bearing_std), LEAST_STD_DEG),
+            width_std_m=_width_std(each, error),
             stop_is_known=each.name not in error.doors or error.doors[each.name].stop_is_known,
         )
         for each in doors
@@ -265,6 +273,31 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
         objects={**building.objects, **moved},
         error=error.model_copy(update={"doors": {**error.doors, **own}}),
     )
+
+
+def _width_std(learnt: DoorStatics, error: BuildingErrorSettings) -> float | None:
+    """m, deviation of a width, for doors of which the building had one."""
+    own = error.doors.get(learnt.name)
+    if own is None or own.width_std_m is None:
+        return None
+    return max(learnt.width_std, LEAST_STD_M)
+
+
+def leaves(building: Building) -> Leaves:
+    """What is known before drives of leaves whose widths the building's errors tell of.
+
+    A width that is off moves the free edge along the leaf, as a leaf does that lies elsewhere.
+    """
+    out, error = {}, building.error or BuildingErrorSettings()
+    for name, own in error.doors.items():
+        item = building.objects[name]
+        if own.width_std_m is None or item.kind is not Kind.HINGED:
+            continue
+        along = item.origin[:2, 0] / np.hypot(*item.origin[:2, 0])
+        covariance = LEAF_M**2 * np.eye(2) + own.width_std_m**2 * np.outer(along, along)
+        out[name] = np.zeros((4, 4))
+        out[name][2:, 2:] = np.linalg.inv(covariance)
+    return out
 
 
 def _seen_std(learnt: DoorStatics, item: MovableObject) -> float:
@@ -292,6 +325,7 @@ def combined(
     error: BuildingErrorSettings,
     downward: Collection[str] = (),
     by_walls: Mapping[str, BearingReading] | None = None,
+    known_leaves: Leaves | None = None,
 ) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
@@ -303,9 +337,10 @@ def combined(
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
     own deviations ``error`` has: those are of all that is known of them. The doors that are
     ``downward`` are closed at their upper limit. What the walls tell of bearings is in
-    ``by_walls``, by door.
+    ``by_walls``, by door, and what is known of their leaves in ``known_leaves``, see ``leaves``.
     """
-    drives, rough = agreed(drives)
+    of_leaf = known_leaves or {}
+    drives, rough = agreed(drives, of_leaf)
     names = sorted({name for drive in drives for name in drive})
     hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
     bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
@@ -327,29 +362,43 @@ def combined(
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        out.append(_posterior(name, told[name], logs[name], of_hinge, of_bearing, rough, swung))
-    return _with_widths(out, told)
+        before = of_leaf.get(name, OF_LEAF)
+        cases = of_hinge, of_bearing, before
+        out.append(_posterior(name, told[name], logs[name], *cases, rough, swung))
+    return _with_widths(out, told, error)
 
 
 def _with_widths(
-    doors: Sequence[DoorStatics], told: Mapping[str, Sequence[DoorEvidence]]
+    doors: Sequence[DoorStatics],
+    told: Mapping[str, Sequence[DoorEvidence]],
+    error: BuildingErrorSettings,
 ) -> list[DoorStatics]:
-    """The same with widths. How far these are off on the whole is learnt from all doors."""
+    """The same with widths.
+
+    How far these are off on the whole is learnt from all doors, but for those of which ``error``
+    tells it.
+    """
     widths, logs = Deviation(WIDTH_M, WIDEST_WIDTH_M), dict[str, FloatArray]()
+    stds = {name: own.width_std_m for name, own in error.doors.items() if own.width_std_m}
     for door in doors:
         if any(each.width.count for each in told[door.name]):
             logs[door.name] = _log_width(told[door.name], door.hinge, door.covariance[:2, :2])
-            widths.observe(door.name, _of_width(logs[door.name], widths.variances))
+            if door.name not in stds:
+                widths.observe(door.name, _of_width(logs[door.name], widths.variances))
     out = []
     for door in doors:
-        width, std = 0.0, math.sqrt(widths.variance)
+        own = stds.get(door.name)
+        width, std = 0.0, own or math.sqrt(widths.variance)
         if door.name in logs:
-            width, std = _width(logs[door.name], widths.cases(door.name))
+            cases = [(1.0, own**2)] if own else widths.cases(door.name)
+            width, std = _width(logs[door.name], cases)
         out.append(replace(door, width=width, width_std=std))
     return out
 
 
-def agreed(drives: Sequence[Drive]) -> tuple[list[Drive], float]:
+def agreed(
+    drives: Sequence[Drive], known_leaves: Leaves | None = None
+) -> tuple[list[Drive], float]:
     """The same drives, each door's hinge with an own error of each drive, and without outliers.
 
     Also returned is the variance of these errors, m^2.
@@ -359,12 +408,13 @@ def agreed(drives: Sequence[Drive]) -> tuple[list[Drive], float]:
     outlier, which took something else for the leaf, and tells nothing of that door.
     """
     kept: list[dict[str, DoorEvidence]] = [dict(drive) for drive in drives]
+    of_leaf = known_leaves or {}
     while True:
-        rough = _roughness(kept)
+        rough = _roughness(kept, of_leaf)
         outliers = [
             (odds, number, name)
             for name in sorted({name for drive in kept for name in drive})
-            for odds, number in _outlying(kept, name, rough)
+            for odds, number in _outlying(kept, name, rough, of_leaf.get(name, OF_LEAF))
         ]
         if not outliers or max(outliers)[0] < math.log((1.0 - OUTLIERS) / OUTLIERS):
             return [_rougher(own, rough) for own in kept], rough
@@ -376,18 +426,20 @@ def _rougher(drive: Drive, variance: float) -> Drive:
     return {name: each.rougher(variance) for name, each in drive.items()}
 
 
-def _roughness(drives: Sequence[Drive]) -> float:
+def _roughness(drives: Sequence[Drive], of_leaf: Leaves) -> float:
     """m^2, variance of a drive's own error of a hinge, by how drives differ."""
     deviations = ROUGHNESS * ROUGHNESS_M
     log = -0.5 * np.log(ROUGHNESS) ** 2  # a lognormal prior
     for name in sorted({name for drive in drives for name in drive}):
         told = [drive[name] for drive in drives if name in drive]
-        log += _log_agreement(told, deviations**2)
+        log += _log_agreement(told, deviations**2, of_leaf.get(name, OF_LEAF))
     weights = np.exp(log - log.max())
     return float(weights @ deviations / weights.sum()) ** 2
 
 
-def _log_agreement(told: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
+def _log_agreement(
+    told: Sequence[DoorEvidence], variances: FloatArray, of_leaf: FloatArray
+) -> FloatArray:
     """(k,) log p(z of all drives), up to a constant, by variances (k,) of a drive's own error.
 
     The hinge may be anywhere.
@@ -400,7 +452,7 @@ def _log_agreement(told: Sequence[DoorEvidence], variances: FloatArray) -> Float
         np.concatenate([places, pull[..., None]], axis=2), (*inside.shape[:3], 5)
     )
     left = np.linalg.solve(inside, sides)
-    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF + left[..., :4].sum(axis=1)  # (k, 4, 4)
+    total = OF_HINGE / WIDEST_HINGE_M**2 + of_leaf + left[..., :4].sum(axis=1)  # (k, 4, 4)
     pulls = left[..., 4].sum(axis=1)  # (k, 4)
     gained = variances * np.einsum("di,ij,kdj->k", pull, OF_HINGE, left[..., 4])
     log = gained - np.linalg.slogdet(inside)[1].sum(axis=1) - np.linalg.slogdet(total)[1]
@@ -442,12 +494,14 @@ def _doubted(
     return doubted, deviation**2
 
 
-def _outlying(drives: Sequence[Drive], name: str, rough: float) -> list[tuple[float, int]]:
+def _outlying(
+    drives: Sequence[Drive], name: str, rough: float, of_leaf: FloatArray
+) -> list[tuple[float, int]]:
     """Log of the factor by which a drive's hinge is rather an outlier, and the drive's number."""
     told = {
         number: found
         for number, drive in enumerate(drives)
-        if name in drive and (found := drive[name].rougher(rough).found) is not None
+        if name in drive and (found := drive[name].rougher(rough).found_with(of_leaf)) is not None
     }
     if len(told) < LEAST_DRIVES:
         return []
@@ -477,7 +531,7 @@ def contradicting(drives: Sequence[Drive]) -> int | None:
     probabilities = []
     for number, own in enumerate(drives):
         others = [*drives[:number], *drives[number + 1 :]]
-        rough = _roughness(others)
+        rough = _roughness(others, {})
         summed = _summed([_rougher(each, rough) for each in others])
         probabilities.append(_probability(_rougher(own, rough), summed))
     worst = int(np.argmin(probabilities))
@@ -609,6 +663,7 @@ def _posterior(
     bearing_log: FloatArray,
     hinges: Cases,
     bearings: Cases,
+    of_leaf: FloatArray,
     rough: float,
     swung: float,
 ) -> DoorStatics:
@@ -621,7 +676,7 @@ def _posterior(
     information, pull = left @ information, left @ pull
     mean, second = np.zeros(4), np.zeros((4, 4))
     for share, variance in hinges:
-        covariance = np.linalg.inv(information + OF_HINGE / variance + OF_LEAF)
+        covariance = np.linalg.inv(information + OF_HINGE / variance + of_leaf)
         own = covariance @ pull
         mean += share * own
         second += share * (covariance + np.outer(own, own))

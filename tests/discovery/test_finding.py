@@ -710,6 +710,15 @@ def test_no_door_opens_into_a_wall_beside_it_unless_it_was_seen_there(
         assert touches < limit < touches + 0.5
 
 
+def test_a_leaf_that_was_seen_beyond_a_piece_is_not_stopped_by_it() -> None:
+    """A short piece 30 cm behind the wall, as a leaf's own readings make it."""
+    solid = (0.0, 0.4), (1.5, 3.0)
+    piece = WallLine(np.array([0.3, 0.3]), np.array([1.0, 0.0]), 3.0, solid)
+    assert limited(np.radians(10.0), [piece]) < np.radians(40.0)
+    # beyond its beginning, but not beyond its end
+    assert limited(np.radians(40.0), [piece]) == pytest.approx(np.pi)
+
+
 def test_an_opening_that_an_accepted_leaf_closes_holds_no_other(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

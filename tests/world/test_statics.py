@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from objstate.building.model import Building
 from objstate.config import BuildingErrorSettings, DoorErrorSettings, DoorSettings
 from objstate.objects.doorframe import BearingReading
 from objstate.objects.mixture import DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import ZERO
-from objstate.world.statics import BEARINGS, DoorEvidence, agreed, combined, contradicting
+from objstate.world.statics import BEARINGS, DoorEvidence, agreed, combined, contradicting, leaves
 from tests.rooms import door as door_of
+from tests.rooms import enclosure
 
 ERROR = BuildingErrorSettings()
 
@@ -159,6 +161,24 @@ def test_a_leaf_seen_at_one_angle_tells_little_of_its_hinge_at_others() -> None:
     turned = [{"door": evidence(0.02, 0.0, 0.001, turn=turn)} for turn in (0.0, 0.8, 1.6)]
     (known,) = combined(turned, ERROR)
     assert known.seen_std(np.array([np.pi / 2])) < 0.004
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 1000))
+def test_a_hinge_is_as_uncertain_as_the_width_of_a_leaf_seen_at_one_angle(seed: int) -> None:
+    """The free edge is where the hinge and the width have it: either may be off."""
+    rng = np.random.default_rng(seed)
+    off, turn = rng.normal(0.0, 0.05), 1.2
+    known = {"door": DoorErrorSettings(hinge_std_m=0.03, bearing_std_deg=1.0, width_std_m=0.05)}
+    error = ERROR.model_copy(update={"doors": known})
+    walls = enclosure(4.0, 4.0)
+    building = Building("room", walls, {"door": door_of("door", 0.0, 0.0)}, error=error)
+    cos, sin = np.cos(turn), np.sin(turn)
+    same = [{"door": evidence(off * cos, off * sin, 0.001, turn=turn)} for _ in range(5)]
+    (door,) = combined(same, error, known_leaves=leaves(building))
+    assert door.hinge @ np.linalg.solve(door.covariance[:2, :2], door.hinge) < 9.2  # 99 %
+    assert np.array([cos, sin]) @ door.covariance[:2, :2] @ np.array([cos, sin]) > 0.02**2
+    assert np.array([-sin, cos]) @ door.covariance[:2, :2] @ np.array([-sin, cos]) < 0.015**2
 
 
 def test_evidence_of_earlier_versions_tells_of_the_hinge_alone() -> None:
