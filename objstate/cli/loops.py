@@ -29,6 +29,7 @@ from objstate.objects import exchange_kernels as exchange
 from objstate.objects import latch_kernels as latch
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
+from objstate.objects import step_kernels as step
 from objstate.objects import update_kernels as update
 from objstate.particles import reweighting as particles
 from objstate.sensing import circles as sight
@@ -53,8 +54,8 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     ),
     (search.by_cell, search.look_round),
     (
-        *(mixture.pooled, mixture.renew_robot, mixture.join, repeats.meet, repeats.share),
-        *(update.begin, update.choose, update.reweigh),
+        *(mixture.pooled, mixture.renew_robot, repeats.trace, repeats.share),
+        *(update.arrive, update.begin, update.choose, update.reweigh, step.store, step.are_alike),
     ),
     (search.scores, lattice.moments, lattice.interval),
     (scans.total_log_likelihoods, scans.take, scans.stand, scans.stand_about, scans.hinged),

@@ -399,14 +399,23 @@ class DoorMixture:
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         by_pace, beyond, kinds, arrived = self.by_pace, self.beyond, self.kinds, self.arrived
         if seconds > 0.0:
-            kinds, each = kinds.copy(), door.moved(by_pace[0], by_pace[1], seconds, PACES[:, None])
-            moved = each.averaged(self.posterior_paces)
-            came = moved.arrived[door.edges]
-            beyond = (1.0 - self.begun(seconds)) * beyond + came
-            arriving = np.append(moved.arriving, came / np.maximum(beyond, NEVER))
-            kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
-            arrived = arriving >= 0.5
-            by_pace = np.stack([each.resting, each.moving])
+            beyond, kinds, arrived = beyond.copy(), kinds.copy(), np.empty(len(means), dtype=bool)
+            moved = door.moved(by_pace[0], by_pace[1], seconds, PACES[:, None])
+            update_kernels.arrive(
+                self.posterior_paces,
+                door.stays(seconds, PACES),
+                self.weights,
+                *moved,
+                door.edges,
+                NEVER,
+                beyond,
+                door.widths,
+                means,
+                covariances,
+                kinds,
+                arrived,
+            )
+            by_pace = np.stack([moved.resting, moved.moving])
         kernels.renew_robot(means, covariances, transfer, added)
         return altered(
             self,

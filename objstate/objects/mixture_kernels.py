@@ -1004,8 +1004,7 @@ def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> A
     return _pooled(weights, means, covariances)
 
 
-@called_with("f1 f1 f1 f2 f3 f2")
-@_compile
+@_maker
 def join(
     weights: FloatArray,
     arriving: FloatArray,

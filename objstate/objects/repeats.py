@@ -62,17 +62,12 @@ def follow(
     inf where none came back from within ``range_max`` m. Their noise has a ``variance`` m^2 that
     grows with the squared range by ``growth``.
     """
-    returned = np.isfinite(measured)
-    ranges = np.where(returned, measured, range_max)
-    points = origins + ranges[:, None] * directions
-    count, halves = len(points), 0.5 * np.diff(points, axis=0)
-    places = np.concatenate([points, points[1:] - halves])
-    origins = np.concatenate([origins, origins[1:]])
-    came = np.concatenate([returned, returned[1:] | returned[:-1]])
-    met = np.zeros(len(places))
-    meet(*before, origins, places, came, variance, growth, met)
-    near = np.exp(-np.hypot(halves[:, 0], halves[:, 1]) / LENGTH)
-    return Ends(points, 1.0 + met[:count], near + met[count:], returned)
+    count = len(measured)
+    points, returned = np.empty((count, 2)), np.empty(count, dtype=bool)
+    times, between = np.empty(count), np.empty(max(count - 1, 0))
+    readings = origins, directions, measured
+    trace(*before, *readings, variance, growth, range_max, points, times, between, returned)
+    return Ends(points, times, between, returned)
 
 
 @_inner
@@ -86,57 +81,106 @@ def _fades(away: float, middle: float) -> Any:
     return math.exp(-away / LENGTH) * left / math.expm1(-2.0 * middle / LENGTH)
 
 
-@called_with("f2 f1 f1 b1 f2 f2 b1 f f f1")
-@_compile
-def meet(
+@_inner
+def _met(
     points: FloatArray,
     times: FloatArray,
     between: FloatArray,
     returned: BoolArray,
-    origins: FloatArray,
-    places: FloatArray,
-    came: BoolArray,
+    origin: Any,
+    place: Any,
+    came: bool,
     variance: float,
     growth: float,
-    out: FloatArray,
-) -> None:
-    """Set ``out`` (n,) to how often the surface at places (n, 2) has been met before.
+) -> Any:
+    """How often the surface at a place has been met before, by the last scan's ends.
 
-    They are seen from ``origins`` (n, 2), and readings ``came`` from them or not (n,). The last
-    scan has ``points`` (m, 2), and the surface was met so many ``times`` (m,) there and ``between``
-    (m - 1,) two of them.
+    It is seen from an ``origin``, and a reading ``came`` from it or not. The last scan has
+    ``points`` (m, 2), and the surface was met so many ``times`` (m,) there and ``between`` (m - 1,)
+    two of them.
     """
-    for i in range(places.shape[0]):
-        off_x, off_y = places[i, 0] - origins[i, 0], places[i, 1] - origins[i, 1]
-        away, nearest, before, along_before = math.hypot(off_x, off_y), np.inf, np.nan, np.nan
-        dx, dy = off_x / max(away, CLOSEST), off_y / max(away, CLOSEST)
-        aside, distance, bent, seen = np.inf, 0.0, 0.0, 0.0
-        for k in range(points.shape[0]):
-            off_x, off_y = points[k, 0] - origins[i, 0], points[k, 1] - origins[i, 1]
-            across, along = dx * off_y - dy * off_x, dx * off_x + dy * off_y
-            if before * across <= 0.0 and along > 0.0 and along_before > 0.0:
-                part = before / (before - across) if before != across else 0.5
-                met = along_before + part * (along - along_before)
-                is_seen = came[i] or returned[k] or returned[k - 1]
-                off = abs(away - met) if is_seen else 0.0
-                if off < nearest or aside > 0.0:
-                    nearest, distance, aside = off, met, 0.0
-                    gap_x, gap_y = points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
-                    gap = math.hypot(gap_x, gap_y)
-                    bent = gap * math.sqrt(part * (1.0 - part))
-                    end = times[k - 1] if part < 0.5 else times[k]
-                    seen = between[k - 1]
-                    seen += (end - seen) * _fades(gap * min(part, 1.0 - part), 0.5 * gap)
-            elif along > 0.0 and abs(across) < aside:  # beyond both ends of the scan
-                nearest = abs(away - along) if came[i] or returned[k] else 0.0
-                aside, distance, bent, seen = abs(across), along, abs(across), times[k]
-            before, along_before = across, along
-        if seen > 0.0:
-            seen *= math.exp(-aside / LENGTH)
-            spread = SHIFT * SHIFT + BENT * BENT * bent * bent
-            spread += 2.0 * (variance + growth * distance * distance)
-            same = math.exp(-0.5 * nearest * nearest / spread) / (ROOT_TAU * math.sqrt(spread))
-            out[i] = seen * REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
+    x, y = origin
+    off_x, off_y = place[0] - x, place[1] - y
+    away, nearest, before, along_before = math.hypot(off_x, off_y), np.inf, np.nan, np.nan
+    dx, dy = off_x / max(away, CLOSEST), off_y / max(away, CLOSEST)
+    aside, distance, bent, seen = np.inf, 0.0, 0.0, 0.0
+    for k in range(points.shape[0]):
+        off_x, off_y = points[k, 0] - x, points[k, 1] - y
+        across, along = dx * off_y - dy * off_x, dx * off_x + dy * off_y
+        if before * across <= 0.0 and along > 0.0 and along_before > 0.0:
+            part = before / (before - across) if before != across else 0.5
+            met = along_before + part * (along - along_before)
+            is_seen = came or returned[k] or returned[k - 1]
+            off = abs(away - met) if is_seen else 0.0
+            if off < nearest or aside > 0.0:
+                nearest, distance, aside = off, met, 0.0
+                gap_x, gap_y = points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
+                gap = math.hypot(gap_x, gap_y)
+                bent = gap * math.sqrt(part * (1.0 - part))
+                end = times[k - 1] if part < 0.5 else times[k]
+                seen = between[k - 1]
+                seen += (end - seen) * _fades(gap * min(part, 1.0 - part), 0.5 * gap)
+        elif along > 0.0 and abs(across) < aside:  # beyond both ends of the scan
+            nearest = abs(away - along) if came or returned[k] else 0.0
+            aside, distance, bent, seen = abs(across), along, abs(across), times[k]
+        before, along_before = across, along
+    if seen <= 0.0:
+        return 0.0
+    seen *= math.exp(-aside / LENGTH)
+    spread = SHIFT * SHIFT + BENT * BENT * bent * bent
+    spread += 2.0 * (variance + growth * distance * distance)
+    same = math.exp(-0.5 * nearest * nearest / spread) / (ROOT_TAU * math.sqrt(spread))
+    return seen * REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
+
+
+@called_with("f2 f1 f1 b1 f2 f2 f1 f f f f2 f1 f1 b1")
+@_compile
+def trace(
+    last_points: FloatArray,
+    last_times: FloatArray,
+    last_between: FloatArray,
+    last_returned: BoolArray,
+    origins: FloatArray,
+    directions: FloatArray,
+    measured: FloatArray,
+    variance: float,
+    growth: float,
+    range_max: float,
+    points: FloatArray,
+    times: FloatArray,
+    between: FloatArray,
+    returned: BoolArray,
+) -> None:
+    """Set the ends of a scan, see ``follow``, with those of the last one."""
+    count = measured.shape[0]
+    for i in range(count):
+        returned[i] = measured[i] < np.inf
+        away = measured[i] if returned[i] else range_max
+        x, y = origins[i, 0] + away * directions[i, 0], origins[i, 1] + away * directions[i, 1]
+        points[i, 0], points[i, 1] = x, y
+    for i in range(2 * count - 1):  # the points, then the middles
+        k = i if i < count else i - count + 1
+        x, y, came, once = points[k, 0], points[k, 1], returned[k], 1.0
+        if i >= count:
+            half_x, half_y = 0.5 * (x - points[k - 1, 0]), 0.5 * (y - points[k - 1, 1])
+            x, y, came = x - half_x, y - half_y, returned[k] or returned[k - 1]
+            once = math.exp(-math.hypot(half_x, half_y) / LENGTH)
+        origin = origins[k, 0], origins[k, 1]
+        once += _met(
+            last_points,
+            last_times,
+            last_between,
+            last_returned,
+            origin,
+            (x, y),
+            came,
+            variance,
+            growth,
+        )
+        if i < count:
+            times[i] = once
+        else:
+            between[k - 1] = once
 
 
 @called_with("f2 b1 f1")

@@ -10,7 +10,6 @@ from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered
@@ -20,8 +19,11 @@ from objstate.objects.mixture import NEVER, PACES, DoorMixture, Doorway, Statics
 
 if TYPE_CHECKING:
     from objstate.objects import mixture_kernels as kernels
+    from objstate.objects import step_kernels
+    from objstate.objects.step_kernels import Table
 else:
     kernels = Later("objstate.objects.mixture_kernels")
+    step_kernels = Later("objstate.objects.step_kernels")
 
 LEAST = 1e-6  # weight below which a component isn't stored
 LEAST_THERE = 1e-4  # the same of furniture, in shares of its presence
@@ -30,9 +32,6 @@ HEAVY = 0.01  # weight from which a component is compared
 ALIKE = 0.01  # difference of weights up to which two steps are alike
 ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
-Table = NDArray[np.float32]
-INDEX, WEIGHTS = 0, 1  # columns of a door's table: weights at rest under each pace, then moving
-MEAN = WEIGHTS + 2 * len(PACES)  # the first of the means, which covariances follow
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
@@ -52,14 +51,17 @@ class DoorStep(NamedTuple):
 
     def posterior(self, blank: DoorMixture) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
-        index = self.table[:, INDEX].astype(int)
+        index = self.table[:, step_kernels.INDEX].astype(int)
+        first = step_kernels.WEIGHTS + 2 * len(PACES)  # column of the means
         means, covariances = blank.means.copy(), blank.covariances.copy()
         by_pace = np.zeros_like(blank.by_pace)
-        weights = self.table[:, WEIGHTS:MEAN].T.astype(float).reshape(2, len(PACES), -1)
+        weights = (
+            self.table[:, step_kernels.WEIGHTS : first].T.astype(float).reshape(2, len(PACES), -1)
+        )
         by_pace[:, :, index] = weights / weights.sum(axis=(0, 2), keepdims=True)
         errors, rows, columns = _errors()
-        past = MEAN + len(errors)
-        means[index[:, None], errors] = self.table[:, MEAN:past]
+        past = first + len(errors)
+        means[index[:, None], errors] = self.table[:, first:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
         return altered(
@@ -190,16 +192,12 @@ def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
 
 def _table(mixture: DoorMixture) -> Table:
     """The stored form of a door's components."""
-    index = np.flatnonzero(mixture.weights > LEAST)
-    errors, rows, columns = _errors()
-    covariances = mixture.covariances.take(index, 0).reshape(len(index), -1)
-    past = MEAN + len(errors)
-    out = np.empty((len(index), past + len(rows)), dtype=np.float32)
-    out[:, INDEX] = index
-    out[:, WEIGHTS:MEAN] = mixture.by_pace.reshape(2 * len(PACES), -1)[:, index].T
-    out[:, MEAN:past] = mixture.means[index][:, errors]
-    out[:, past:] = covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1)
-    return out
+    errors, rows, _ = _errors()
+    width = step_kernels.WEIGHTS + 2 * len(PACES) + len(errors) + len(rows)
+    out = np.empty((len(mixture.door.states), width), dtype=np.float32)
+    gaussians = mixture.means, mixture.covariances
+    count = step_kernels.store(mixture.weights, mixture.by_pace, *gaussians, LEAST, out)
+    return out[:count].copy()
 
 
 def _appended(past: Past | None, step: Step) -> Past:
@@ -237,27 +235,12 @@ def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
 
 def _rests(one: DoorStep, other: DoorStep) -> bool:
     """Whether the components of a door with weight are nearly the same."""
-    (weights, a), (other_weights, b) = _heavy(one), _heavy(other)
-    if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
-        return False
-    if (np.abs(weights - other_weights) > ALIKE).any():
-        return False
-    variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
-    stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
-    off = np.maximum(np.abs(a[:, MEAN] - b[:, MEAN]), np.abs(stds - others))
-    return bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
-
-
-def _heavy(step: DoorStep) -> tuple[FloatArray, Table]:
-    """Weights (2, r) at rest and moving of the components with weight, and their rows."""
-    by_pace = step.table[:, WEIGHTS:MEAN].reshape(-1, 2, len(PACES))
-    weights = (by_pace @ step.paces).T
-    chosen = np.flatnonzero(weights.sum(axis=0) > HEAVY)
-    return weights[:, chosen], step.table[chosen]
+    tables = one.table, one.paces, other.table, other.paces
+    return bool(step_kernels.are_alike(*tables, HEAVY, ALIKE, ALIKE_STDS))
 
 
 @cache
 def _errors() -> tuple[IntArray, IntArray, IntArray]:
     """The stored errors of a component, and the rows and columns of their covariance."""
-    errors = np.array([kernels.STATE, kernels.ORIGIN, kernels.ORIGIN + 1, kernels.ZERO])
+    errors = np.array(step_kernels.STORED)
     return (errors, *np.triu_indices(len(errors)))

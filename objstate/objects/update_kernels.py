@@ -11,11 +11,57 @@ import math
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import BoolArray, FloatArray
-from objstate.objects.mixture_kernels import ERRORS, GLASS, HANDLE, ORIGIN
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.objects.mixture_kernels import ERRORS, GLASS, HANDLE, ORIGIN, join
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@called_with("f1 f1 f1 f2 f2 f2 i1 f f1 f1 f2 f3 f2 b1")
+@_compile
+def arrive(
+    paces: FloatArray,
+    stays: FloatArray,
+    before: FloatArray,
+    resting: FloatArray,
+    moving: FloatArray,
+    arrived: FloatArray,
+    edges: IntArray,
+    never: float,
+    beyond: FloatArray,
+    widths: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    kinds: FloatArray,
+    out: BoolArray,
+) -> None:
+    """Update the Gaussians of components in which a moved door arrived, and the weights ``beyond``.
+
+    Under each of some ``paces`` of probabilities (k,), a door ``stays`` at rest with probabilities
+    (k,); ``resting`` and ``moving`` (k, c) are the weights after a prediction, of which ``arrived``
+    (k, c) just came to rest, and ``before`` (c,) those before it. Of cells beyond a limit, with
+    weights ``beyond`` (o,), the last ones before it are ``edges`` (o,). Set in ``out`` (c + o,) are
+    components of which most of the weight arrived; ``join`` says what they have then.
+    """
+    count, remains = before.shape[0], 0.0
+    arriving, came = np.empty(out.shape[0]), np.empty(count)
+    for k in range(paces.shape[0]):
+        remains += paces[k] * stays[k]
+    for c in range(count):
+        came[c], new, every = 0.0, 0.0, 0.0
+        for k in range(paces.shape[0]):
+            came[c] += paces[k] * arrived[k, c]
+            new += paces[k] * moving[k, c]
+            every += paces[k] * (resting[k, c] + moving[k, c])
+        arriving[c] = (came[c] + new) / max(every, never)
+    for c in range(beyond.shape[0]):
+        new = came[edges[c]]
+        beyond[c] = remains * beyond[c] + new
+        arriving[count + c] = new / max(beyond[c], never)
+    for c in range(out.shape[0]):
+        out[c] = arriving[c] >= 0.5
+    join(before, arriving, widths, means, covariances, kinds)
 
 
 @called_with("f1 f1 b1 i i f f f1 f1 f2 f3 f2 f1 b1 f2 f3 f2 f1")
