@@ -92,8 +92,8 @@ def inner(makes_arrays: bool = False, **options: Any) -> Callable[[F], F]:
     loaded before.
 
     What ``makes_arrays`` counts references to these. In others the counting, which is atomic, took
-    up to a third of a loop's time, so that numba is told to leave it out; it refuses to compile one
-    that makes an array all the same.
+    up to a third of a loop's time, so that numba is told to leave it out. They may not return an array
+    either; numba refuses to compile one that makes an array.
     """
     import numba
 
