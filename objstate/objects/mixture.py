@@ -432,10 +432,6 @@ class DoorMixture:
         """The same under other prior probabilities (k,) of ``PACES``."""
         return altered(self, paces=paces)
 
-    def at(self, stamp_ns: int) -> DoorMixture:
-        """The same at a moment."""
-        return altered(self, stamp_ns=stamp_ns)
-
     def given(
         self,
         laser: str,

@@ -55,9 +55,8 @@ class DoorStep(NamedTuple):
         first = step_kernels.WEIGHTS + 2 * len(PACES)  # column of the means
         means, covariances = blank.means.copy(), blank.covariances.copy()
         by_pace = np.zeros_like(blank.by_pace)
-        weights = (
-            self.table[:, step_kernels.WEIGHTS : first].T.astype(float).reshape(2, len(PACES), -1)
-        )
+        weights = self.table[:, step_kernels.WEIGHTS : first].T.astype(float)
+        weights = weights.reshape(2, len(PACES), -1)
         by_pace[:, :, index] = weights / weights.sum(axis=(0, 2), keepdims=True)
         errors, rows, columns = _errors()
         past = first + len(errors)

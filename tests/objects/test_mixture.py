@@ -606,7 +606,7 @@ def test_no_beam_reaches_a_door_behind_something() -> None:
 
 def test_a_belief_on_a_lattice_makes_a_mixture_and_comes_back() -> None:
     lattice = LatticeFilter(leaf(), DoorSettings()).prior(np.random.default_rng())
-    found = after([read(math.radians(35.0))] * 3).at(0).on_lattice(lattice)
+    found = altered(after([read(math.radians(35.0))] * 3), stamp_ns=0).on_lattice(lattice)
     again = DoorMixture.of(doorway(), found, STATICS)
     assert math.degrees(again.on_lattice(lattice).mean[0]) == pytest.approx(35.0, abs=1.5)
 
