@@ -89,9 +89,10 @@ def begin(
     """Set the arrays (2 n, ...) that are conditioned: n components, then their twins.
 
     The first of ``weights`` (c,) are those of ``cells``, then ``atoms``, which aren't conditioned;
-    those of cells ``beyond`` the limits (n - c,) follow. None is below ``never``. A component that the door ``arrived`` in
-    (n,) has a twin with a share ``forgets`` of its weight, others none, of weight 0. Before any
-    scan, static errors have ``static_means`` (8,) and ``static_variances`` (8,).
+    those of cells ``beyond`` the limits (n - c,) follow. No cell weighs less than ``never``. A
+    component that the door ``arrived`` in (n,) has a twin with a share ``forgets`` of its weight;
+    twins of others weigh 0. Before any scan, static errors have ``static_means`` (8,) and
+    ``static_variances`` (8,).
     """
     count = means.shape[0]
     for c in range(count):

@@ -44,9 +44,8 @@ AJAR_STEP_DEG = 0.2  # between the angles at which a door may be ajar, all equal
 OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
 LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
 OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
-Leaves = Mapping[
-    str, FloatArray
-]  # the same (4, 4) 1/m^2 of doors whose widths aren't known so well
+# the same by door, (4, 4) 1/m^2, where widths aren't known so well
+Leaves = Mapping[str, FloatArray]
 WIDTH_M, WIDEST_WIDTH_M = 0.01, 0.1  # first guess of leaves' deviation from their width; largest
 OWN_WIDTH_M = 0.005  # deviation of a width by one drive, beside what its scans tell
 ANGLES = 9  # of a leaf over which the deviation of its hinge is averaged
@@ -362,8 +361,7 @@ def combined(
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        before = of_leaf.get(name, OF_LEAF)
-        cases = of_hinge, of_bearing, before
+        cases = of_hinge, of_bearing, of_leaf.get(name, OF_LEAF)
         out.append(_posterior(name, told[name], logs[name], *cases, rough, swung))
     return _with_widths(out, told, error)
 
