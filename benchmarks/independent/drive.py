@@ -70,17 +70,17 @@ def corridor_drive(seed: int, route: Route = Route(), length: float | None = Non
     sway, wave, phase = rng.uniform(0.05, 0.2), rng.uniform(3.0, 6.0), rng.uniform(0.0, 6.3)
     sway = min(sway, half - 1.0)
     pose, poses = [MARGIN, 0.0, 0.0], []
-    _wait(poses, pose, START_PAUSE)
+    wait(poses, pose, START_PAUSE)
     legs = ((True, length - MARGIN), (False, MARGIN))
     for forth, target in legs if route.returns else legs[:1]:
         way = 1 if forth else -1
         speed, paused = rng.uniform(*route.speeds), False
         pause_at = rng.uniform(0.3, 0.7) * length
-        _turn(poses, pose, 0.0 if forth else np.pi)
+        turn(poses, pose, 0.0 if forth else np.pi)
         while way * (target - pose[0]) > 0.0:
             if not paused and way * (pose[0] - pause_at) > 0.0:
                 paused = True
-                _wait(poses, pose, rng.uniform(1.0, 2.0))
+                wait(poses, pose, rng.uniform(1.0, 2.0))
             ahead = pose[0] + way * LOOK_AHEAD
             aim = sway * np.sin(2 * np.pi * ahead / wave + phase)
             bearing = np.arctan2(aim - pose[1], way * LOOK_AHEAD)
@@ -89,15 +89,16 @@ def corridor_drive(seed: int, route: Route = Route(), length: float | None = Non
             pose[1] += speed * np.sin(pose[2]) * STEP
             pose[2] += GAIN * off * STEP
             poses.append(tuple(pose))
-    _wait(poses, pose, 0.5)
+    wait(poses, pose, 0.5)
     return Drive(np.arange(len(poses)) * STEP, np.array(poses))
 
 
-def _wait(poses: list[tuple[float, ...]], pose: list[float], seconds: float) -> None:
+def wait(poses: list[tuple[float, ...]], pose: list[float], seconds: float) -> None:
+    """Stand still."""
     poses += [tuple(pose)] * round(seconds / STEP)
 
 
-def _turn(poses: list[tuple[float, ...]], pose: list[float], bearing: float) -> None:
+def turn(poses: list[tuple[float, ...]], pose: list[float], bearing: float) -> None:
     """Turn on the spot."""
     off = (bearing - pose[2] + np.pi) % (2 * np.pi) - np.pi
     start, count = pose[2], round(abs(off) / TURN_RATE / STEP)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from benchmarks.independent.shapes import (
     distance_to,
     edges,
 )
-from benchmarks.independent.world import World
+from benchmarks.independent.world import Person, World
 
 SEEN_WITHIN = 6.0  # m; beams that end on a leaf nearer than this see it
 EDGE = 0.15  # m between neighbouring ranges where a beam may fall on both
@@ -58,7 +59,7 @@ class Scan:
     laser: int
     time: float  # s, true time of the first beam
     ranges: Floats  # (n,)
-    on_doors: Ints  # (doors,) beams that really ended on each leaf
+    beams_on: Ints  # (owned,) beams that really ended on each leaf or thing
 
 
 def rig(kind: str) -> list[Laser]:
@@ -79,10 +80,24 @@ def rig(kind: str) -> list[Laser]:
     raise ValueError(f"There is no rig '{kind}'.")
 
 
-class Caster:
-    """The segments of a world, at any time."""
+class Scene(Protocol):
+    """What lasers see: things that stand still or move, and people."""
+
+    people: list[Person]
+
+    @property
+    def owned(self) -> int:
+        """Number of doors or things of which beams are counted."""
+
+    def segments(self, time: float) -> tuple[Floats, Bools, Ints]:
+        """Segments (s, 4), whether they are of glass, and whose they are, else -1."""
+
+
+class Corridor:
+    """The segments of a corridor, at any time."""
 
     def __init__(self, world: World) -> None:
+        self.people, self.owned = world.people, len(world.doors)
         fixed = [*world.walls, *world.clutter]
         self._world = world
         self._fixed = all_edges([piece.outline for piece in fixed])
@@ -101,47 +116,47 @@ class Caster:
                 owners.append(np.full(4, number))
         return np.vstack(parts), np.concatenate(glass), np.concatenate(owners)
 
-    def hits(
-        self, origins: Floats, directions: Floats, time: float, reach: float, passes: Bools
-    ) -> tuple[Hits, Ints]:
-        """Where rays end, those that pass glass behind it, and on whose leaf, else -1."""
-        segments, glass, owners = self.segments(time)
-        near = distance_to(origins.mean(0), segments) < reach + 0.2
-        segments, glass, owners = segments[near], glass[near], owners[near]
-        ranges, index = cast(origins, directions, segments)
-        if glass.any() and passes.any():
-            solid = np.flatnonzero(~glass)
-            behind, which = cast(origins[passes], directions[passes], segments[solid])
-            ranges[passes] = behind
-            index[passes] = np.where(which >= 0, solid[which] if len(solid) else -1, -1)
-        cosine = cosines(directions, segments, index)
-        legs = [person.legs(time) for person in self._world.people]
-        circles = np.vstack(legs) if legs else np.empty((0, 3))
-        of_people = cast_circles(origins, directions, circles)
-        before = of_people < ranges
-        index, cosine = np.where(before, -1, index), np.where(before, 1.0, cosine)
-        owner = np.where(index >= 0, owners[index] if len(owners) else -1, -1)
-        return Hits(np.where(before, of_people, ranges), index, cosine), owner
+
+def hits(
+    scene: Scene, origins: Floats, directions: Floats, time: float, reach: float, passes: Bools
+) -> tuple[Hits, Ints]:
+    """Where rays end, those that pass glass behind it, and whose they are, else -1."""
+    segments, glass, owners = scene.segments(time)
+    near = distance_to(origins.mean(0), segments) < reach + 0.2
+    segments, glass, owners = segments[near], glass[near], owners[near]
+    ranges, index = cast(origins, directions, segments)
+    if glass.any() and passes.any():
+        solid = np.flatnonzero(~glass)
+        behind, which = cast(origins[passes], directions[passes], segments[solid])
+        ranges[passes] = behind
+        index[passes] = np.where(which >= 0, solid[which] if len(solid) else -1, -1)
+    cosine = cosines(directions, segments, index)
+    legs = [person.legs(time) for person in scene.people]
+    circles = np.vstack(legs) if legs else np.empty((0, 3))
+    of_people = cast_circles(origins, directions, circles)
+    before = of_people < ranges
+    index, cosine = np.where(before, -1, index), np.where(before, 1.0, cosine)
+    owner = np.where(index >= 0, owners[index] if len(owners) else -1, -1)
+    return Hits(np.where(before, of_people, ranges), index, cosine), owner
 
 
-def scans(seed: int, world: World, drive: Drive, lasers: list[Laser]) -> list[Scan]:
+def scans(seed: int, scene: Scene, drive: Drive, lasers: list[Laser]) -> list[Scan]:
     """All scans of a drive, by time."""
-    caster, result = Caster(world), []
+    result = []
     for number, laser in enumerate(lasers):
         rng = np.random.default_rng([seed, 31, number])
         for time in np.arange(laser.phase / laser.rate, drive.duration - 0.3, 1 / laser.rate):
-            result.append(_scan(rng, caster, drive, number, laser, float(time), len(world.doors)))
+            result.append(_scan(rng, scene, drive, number, laser, float(time)))
     return sorted(result, key=lambda scan: scan.time)
 
 
 def _scan(
     rng: np.random.Generator,
-    caster: Caster,
+    scene: Scene,
     drive: Drive,
     number: int,
     laser: Laser,
     time: float,
-    doors: int,
 ) -> Scan:
     count = len(laser.angles)
     times = time + laser.turn_time * np.arange(count) / count
@@ -153,10 +168,10 @@ def _scan(
     bearings = poses[:, 2] + laser.yaw + laser.angles
     directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
     passes = rng.random(count) < 1 / 3
-    hits, owner = caster.hits(origins, directions, float(times.mean()), laser.range_max, passes)
-    seen = owner[(owner >= 0) & (hits.ranges < min(SEEN_WITHIN, laser.range_max))]
-    on_doors = np.bincount(seen, minlength=doors)
-    return Scan(number, time, _read(rng, laser, hits), on_doors)
+    met, owner = hits(scene, origins, directions, float(times.mean()), laser.range_max, passes)
+    seen = owner[(owner >= 0) & (met.ranges < min(SEEN_WITHIN, laser.range_max))]
+    seen_of = np.bincount(seen, minlength=scene.owned)
+    return Scan(number, time, _read(rng, laser, met), seen_of)
 
 
 def _read(rng: np.random.Generator, laser: Laser, hits: Hits) -> Floats:

@@ -164,5 +164,5 @@ def write_seen(path: Path, scans: Sequence[Scan]) -> None:
     np.savez_compressed(
         path,
         stamps=np.array([stamp(scan.time) for scan in scans]),
-        beams=np.array([scan.on_doors for scan in scans], dtype=np.int32),
+        beams=np.array([scan.beams_on for scan in scans], dtype=np.int32),
     )

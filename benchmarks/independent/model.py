@@ -39,7 +39,7 @@ def model_of(world: World, errors: ModelErrors, seed: int) -> Model:
     """A model with errors; the same seed errs in the same directions, whatever the sizes."""
     rng = np.random.default_rng([seed, 11])
     doors = [_door(door, rng.standard_normal(4), errors) for door in world.doors]
-    walls = [_wall(wall, rng.standard_normal(3), errors) for wall in world.walls]
+    walls = [moved_wall(wall, rng.standard_normal(3), errors) for wall in world.walls]
     return Model(walls, doors)
 
 
@@ -55,7 +55,8 @@ def _door(door: Door, unit: np.ndarray, errors: ModelErrors) -> Door:
     )
 
 
-def _wall(wall: Piece, unit: np.ndarray, errors: ModelErrors) -> Piece:
+def moved_wall(wall: Piece, unit: np.ndarray, errors: ModelErrors) -> Piece:
+    """A wall piece as a model with errors has it; ``unit`` (3,) are standard normal draws."""
     return replace(
         wall,
         x=wall.x + errors.wall * unit[0],
@@ -67,17 +68,18 @@ def _wall(wall: Piece, unit: np.ndarray, errors: ModelErrors) -> Piece:
 def urdf(model: Model) -> str:
     """The model as URDF: a link of boxes, and a revolute joint for each door."""
     lines = ['<?xml version="1.0"?>', '<robot name="independent">', '  <link name="building">']
-    lines += [_box((w.x, w.y, HEIGHT / 2), w.yaw, (w.length, w.width, HEIGHT)) for w in model.walls]
+    lines += [box((w.x, w.y, HEIGHT / 2), w.yaw, (w.length, w.width, HEIGHT)) for w in model.walls]
     lines.append("  </link>")
     for door in model.doors:
         lines += _joint(door)
     return "\n".join([*lines, "</robot>", ""])
 
 
-def _box(centre: Sequence[float], yaw: float, size: Sequence[float]) -> str:
+def box(centre: Sequence[float], yaw: float, size: Sequence[float]) -> str:
+    """A cuboid as part of a link."""
     return (
-        f'    <visual><origin xyz="{_numbers(centre)}" rpy="0 0 {yaw:.6f}"/>'
-        f'<geometry><box size="{_numbers(size)}"/></geometry></visual>'
+        f'    <visual><origin xyz="{numbers(centre)}" rpy="0 0 {yaw:.6f}"/>'
+        f'<geometry><box size="{numbers(size)}"/></geometry></visual>'
     )
 
 
@@ -85,16 +87,17 @@ def _joint(door: Door) -> list[str]:
     centre = (door.width / 2, -door.sense * door.thickness / 2, 1.01)
     return [
         f'  <link name="{door.name}_leaf">',
-        _box(centre, 0.0, (door.width, door.thickness, 2.0)),
+        box(centre, 0.0, (door.width, door.thickness, 2.0)),
         "  </link>",
         f'  <joint name="{door.name}" type="revolute">',
         f'    <parent link="building"/><child link="{door.name}_leaf"/>',
-        f'    <origin xyz="{_numbers((door.x, door.y, 0.0))}" rpy="0 0 {door.closed:.6f}"/>',
+        f'    <origin xyz="{numbers((door.x, door.y, 0.0))}" rpy="0 0 {door.closed:.6f}"/>',
         f'    <axis xyz="0 0 {door.sense}"/>',
         f'    <limit lower="0" upper="{door.limit:.4f}" effort="0" velocity="0"/>',
         "  </joint>",
     ]
 
 
-def _numbers(values: Sequence[float]) -> str:
+def numbers(values: Sequence[float]) -> str:
+    """Numbers as URDF has them."""
     return " ".join(f"{value:.6f}" for value in values)

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.independent import log
 from benchmarks.independent.drive import corridor_drive, odometry
-from benchmarks.independent.lasers import Laser, rig, scans
+from benchmarks.independent.lasers import Corridor, Laser, rig, scans
 from benchmarks.independent.model import ModelErrors, model_of, urdf
 from benchmarks.independent.scenarios import SCENARIOS, Plan
 from benchmarks.independent.shapes import Floats
@@ -48,7 +48,7 @@ def simulate(plan: Plan, seed: int, folder: Path, day: int = 0) -> None:
     world = corridor(seed, plan.world, drive.along, day)
     lasers, mounts = _mounted(plan, seed)
     chance = seed + DAY * day
-    readings = scans(chance, world, drive, lasers)
+    readings = scans(chance, Corridor(world), drive, lasers)
     wheels = odometry(chance, drive, plan.odometry)
     log.write_log(folder / "log.mcap", chance, drive, wheels, lasers, mounts, readings)
     log.write_truth(folder / "truth.csv", world, drive.duration)

@@ -11,7 +11,7 @@ import numpy as np
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later
-from objstate.localization import Carried, Vantage
+from objstate.localization import Carried, Vantage, WallErrors
 from objstate.objects import ObjectBelief
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing.surfaces import Surfaces
@@ -39,6 +39,7 @@ class Exposure:
     background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
     blur: FloatArray  # (n,) m^2, its variance
     others: FloatArray  # (n,) 1/m, density of the ranges to other objects whose state isn't known
+    errors: WallErrors
 
     @property
     def scan(self) -> Scan:
@@ -103,8 +104,8 @@ class Exposures:
     """The exposures of a scan; walls are cast once for all objects.
 
     Objects whose state is certain are expected at ranges ``known`` (n,) m, ``others`` in states of
-    their beliefs. Pieces of wall have the deviation ``wall_std`` m. ``carry`` gives how the robot's
-    error carried over since an object was seen last.
+    their beliefs. ``errors`` are those of walls. ``carry`` gives how the robot's error carried over
+    since an object was seen last.
     """
 
     def __init__(
@@ -114,16 +115,18 @@ class Exposures:
         surfaces: Surfaces,
         known: Mapping[str, FloatArray],
         others: Others,
-        wall_std: float,
+        errors: WallErrors,
         carry: Callable[[str, Vantage], Carried],
     ) -> None:
         self._sight, self._vantage, self._known, self._carry = sight, vantage, known, carry
-        reach = sight.scan.range_max
-        self._walls, numbers = surfaces.meet(vantage.origins, vantage.directions, reach)
+        self._errors, reach = errors, sight.scan.range_max
+        self._walls, of_walls, numbers = errors.meet(
+            surfaces, vantage.origins, vantage.directions, reach
+        )
         of_pose = float(vantage.covariance[0, 0] + vantage.covariance[1, 1])
         squares = np.where(numbers >= 0, self._walls, 0.0) ** 2
         slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
-        self._variance = wall_std**2 + of_pose + ROUGH**2 + slanted
+        self._variance = of_walls + of_pose + ROUGH**2 + slanted
         self._others, noise = others, vantage.noise
         self._measured = sight.scan.ranges - vantage.bias
         self._densities = np.empty((len(others.names), len(squares)))  # of each other object
@@ -159,4 +162,5 @@ class Exposures:
             background,
             blur,
             others,
+            self._errors,
         )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from functools import cache, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,11 +22,15 @@ from objstate.objects.furniture_mixture import (
     PROPOSED,
     Conditioned,
     FurnitureMixture,
+    Off,
     Piece,
     traced,
 )
+from objstate.objects.ground import OUTLINE_STD, Floor, half_height
 from objstate.objects.proposals import TracedOutline
+from objstate.objects.shape import static_of
 from objstate.particles import Weights, systematic
+from objstate.sensing import Sensing
 
 if TYPE_CHECKING:
     from objstate.objects import components
@@ -42,21 +47,22 @@ ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped
 class Furniture:
     """The furniture of a building that a level laser sees."""
 
-    def __init__(self, building: Building, settings: Settings) -> None:
+    def __init__(self, building: Building, settings: Settings, sensing: Sensing) -> None:
         self._beam_model = settings.beam_model
+        floor = cache(lambda height: Floor.of(sensing.walls_at(height)))
         self._pieces: dict[str, Piece] = {}
         for name, item in building.objects.items():
             if item.kind is Kind.PLANAR:
                 chosen = settings.for_object(name, "furniture")
                 assert isinstance(chosen, FurnitureSettings)
-                self._pieces[name] = Piece(item, chosen)
+                self._pieces[name] = Piece(item, chosen, partial(floor, half_height(item)))
         self._groups = alike(self._pieces)
         self._alike = {
             name: [other for other in group if other != name]
             for group in self._groups
             for name in group
         }
-        self._shapes: dict[tuple[str, float], tuple[kernels.Shape, TracedOutline | None]] = {}
+        self._outlines: dict[tuple[str, float], Outline] = {}
 
     def __contains__(self, name: str) -> bool:
         return name in self._pieces
@@ -127,28 +133,41 @@ class Furniture:
         """
         scan, vantage = exposure.scan, exposure.vantage
         seconds = exposure.seconds_since(before.stamp_ns)
-        mixture = before.later(seconds, *exposure.carried(), vantage.covariance)
-        shape, outline = self._shape(exposure.name, exposure.sight.height)
-        if outline is not None:
+        outline = self._outline(exposure.name, exposure.sight.height)
+        off = Off.of(outline.static, exposure.errors.std, exposure.errors.shift_std)
+        mixture = before.later(seconds, *exposure.carried(), vantage.covariance, off)
+        if outline.traced is not None:
             stopped = exposure.stopped
             if belief.is_certain:
-                stopped = stopped[~outline.holds(belief.mean[None], stopped, ON_OBJECT)[0]]
-            proposed = _through(stopped, outline, mixture, rng)
+                holds = outline.traced.holds(belief.mean[None], stopped, ON_OBJECT)
+                stopped = stopped[~holds[0]]
+            proposed = _through(stopped, outline.traced, mixture, rng)
             mixture = mixture.proposing(proposed, vantage.covariance)
         until = np.minimum(exposure.background, scan.range_max)
         beams = np.flatnonzero(_meeting(mixture, vantage, until) & scan.valid)
         if len(beams) == 0:
             return mixture, beams, 0
         noise = beam_noise(self._beam_model, vantage, scan.range_max)
-        conditioned, reached = mixture.given(exposure.beams(beams), noise, shape)
+        conditioned, reached = mixture.given(exposure.beams(beams), noise, outline.shape)
         return conditioned, beams, reached
 
-    def _shape(self, name: str, height: float) -> tuple[kernels.Shape, TracedOutline | None]:
+    def _outline(self, name: str, height: float) -> Outline:
         key = name, height
-        if key not in self._shapes:
+        if key not in self._outlines:
             piece = self._pieces[name]
-            self._shapes[key] = piece.shape(height), traced(piece.item, height)
-        return self._shapes[key]
+            shape = piece.shape(height)
+            self._outlines[key] = Outline(
+                shape, static_of(shape, OUTLINE_STD), traced(piece.item, height)
+            )
+        return self._outlines[key]
+
+
+class Outline(NamedTuple):
+    """A piece of furniture at a laser's height."""
+
+    shape: kernels.Shape
+    static: FloatArray  # (3,) variances of x, y, yaw by errors of its parts
+    traced: TracedOutline | None
 
 
 def _meeting(mixture: FurnitureMixture, vantage: Vantage, until: FloatArray) -> BoolArray:

@@ -52,7 +52,8 @@ class JointUpdate:
         self._sensing, self._believed, self._scenery = sensing, believed, scenery
         self._is_wanted = settings.object_updates.inference == "joint"
         self._doors = Doors(building, settings, sensing)
-        self._models: tuple[JointModel, ...] = (self._doors, Furniture(building, settings))
+        furniture = Furniture(building, settings, sensing)
+        self._models: tuple[JointModel, ...] = (self._doors, furniture)
 
     def is_linear(self, scan: Scan) -> bool:
         """Whether objects are inferred jointly with the errors of robot and hinges, by outlines."""
@@ -88,9 +89,8 @@ class JointUpdate:
         represented = self._scenery.represented(uncertain)
         scenery = self._sensing.scenery(represented, sight.height)
         others = Others(uncertain, scenery, sight.entries[rows])
-        exposures = Exposures(
-            sight, vantage, surfaces, known, others, robot.wall_std, robot.carried
-        )
+        walls = robot.walls(sight.height, len(surfaces.pieces))
+        exposures = Exposures(sight, vantage, surfaces, known, others, walls, robot.carried)
         for model in self._models:
             pointed_at = [name for name in names if name in model]
             for name, seen in model.observe(pointed_at, self._believed, exposures).items():

@@ -22,6 +22,7 @@ from objstate.localization import (
     PoseFilter,
     RangeNoise,
     Vantage,
+    WallErrors,
     motion_variances,
 )
 from objstate.particles import Weights
@@ -267,6 +268,12 @@ class Robot:
         assert self.belief is not None
         noise = RangeNoise(self._settings.building_error.range_std_m**2, 0.0, 0.0)
         return Vantage.of(self.belief, scan, noise)
+
+    def walls(self, height: float, pieces: int) -> WallErrors:
+        """How far walls at a height m, which are that many ``pieces``, are off the model."""
+        if self._filter is not None:
+            return self._filter.walls(height, pieces)
+        return WallErrors.unknown(pieces, self.wall_std)
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
         """How the error carried over since an object was last observed; it is observed now."""

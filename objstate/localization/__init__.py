@@ -6,7 +6,14 @@ from objstate.localization.carried import Carried, Decorrelation
 from objstate.localization.localizer import Localizer
 from objstate.localization.motion import motion_variances
 from objstate.localization.odometry_error import OdometryError
-from objstate.localization.pose_filter import NOTHING, Learnt, PoseFilter, RangeNoise, Vantage
+from objstate.localization.pose_filter import (
+    NOTHING,
+    Learnt,
+    PoseFilter,
+    RangeNoise,
+    Vantage,
+    WallErrors,
+)
 from objstate.localization.search import Hypotheses, Keyframe, LogLikelihood, Odds, Search, apart
 
 __all__ = [
@@ -26,6 +33,7 @@ __all__ = [
     "RangeNoise",
     "Search",
     "Vantage",
+    "WallErrors",
     "apart",
     "motion_variances",
 ]

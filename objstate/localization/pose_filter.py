@@ -120,6 +120,46 @@ class Vantage(NamedTuple):
         return Vantage(robot.mean[:2], origins, directions, robot.covariance, noise)
 
 
+class WallErrors(NamedTuple):
+    """How far walls at one height are off the model, and how surely that is known."""
+
+    std: float  # m, deviation of pieces of wall from the model
+    shift: FloatArray  # (2,) m, that of all walls about the robot
+    of_shift: FloatArray  # (2, 2) m^2, its covariance
+    offsets: FloatArray  # (k,) m of each piece along its normal
+    of_offsets: FloatArray  # (k,) m^2, variances
+    shared: FloatArray  # (k, 2) m^2, covariances with the shift
+
+    @property
+    def shift_std(self) -> float:
+        """m by which all walls of a place are shifted, as far as no log tells."""
+        return SHIFTED * self.std
+
+    @staticmethod
+    def unknown(pieces: int, wall_std: float) -> WallErrors:
+        """Errors of some pieces of which only the deviation is known."""
+        shift = np.zeros(2), (SHIFTED * wall_std) ** 2 * np.eye(2)
+        offsets = np.zeros(pieces), np.full(pieces, wall_std**2)
+        return WallErrors(wall_std, *shift, *offsets, np.zeros((pieces, 2)))
+
+    def meet(
+        self, surfaces: Surfaces, origins: FloatArray, directions: FloatArray, reach: float
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Ranges (n,) m of beams to walls, their variances (n,) m^2, and the pieces' numbers (n,).
+
+        As ``Surfaces.meet``.
+        """
+        ranges, numbers = surfaces.meet(origins + self.shift, directions, reach)
+        variances, meets = np.zeros(len(ranges)), numbers >= 0
+        of = numbers[meets]
+        by_offset = 1.0 / surfaces.cosines(of, directions[meets])
+        by_shift = -surfaces.normals[of] * by_offset[:, None]
+        of_shift = by_shift @ self.of_shift + 2.0 * by_offset[:, None] * self.shared[of]
+        variances[meets] = by_offset**2 * self.of_offsets[of] + np.sum(of_shift * by_shift, axis=1)
+        ranges[meets] += by_offset * self.offsets[of]
+        return ranges, variances, numbers
+
+
 class Learnt(NamedTuple):
     """What a filter has learnt of robot and building, which outlasts its pose."""
 
@@ -249,6 +289,19 @@ class PoseFilter:
             jacobian,
             shared,
         )
+
+    def walls(self, height: float, pieces: int) -> WallErrors:
+        """How far walls at a height m, which are that many ``pieces``, are off the model."""
+        out = WallErrors.unknown(pieces, self.wall_std)._replace(
+            shift=self._mean[FRAME], of_shift=self._covariance[FRAME, FRAME]
+        )
+        if height in self._tables:
+            numbers = np.flatnonzero(self._tables[height] >= 0)
+            columns = self._tables[height][numbers]
+            out.offsets[numbers] = self._mean[columns]
+            out.of_offsets[numbers] = self._covariance[columns, columns]
+            out.shared[numbers] = self._covariance[columns, FRAME]
+        return out
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
         """How the error at the last observation of an object carries over; it is observed now."""

@@ -1,23 +1,40 @@
-"""Adding and merging components of a mixture over x, y, yaw; compiled."""
+"""Adding, merging and bounding components of a mixture over x, y, yaw; compiled."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import called_with, inner, njit
-from objstate.geometry import BoolArray, FloatArray
-from objstate.linear import ROOT_TAU, wrapped
+from objstate.compiling import called_with, inner, njit, record
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.linear import ROOT_2, ROOT_TAU, wrapped
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
 from objstate.objects.sampling import alike
 
 SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
 YAW, EAST, NORTH = 3, 4, 5  # indices of the errors
+NARROW = 0.01  # m, deviation up to which a place counts as one
+LEAST_POSSIBLE = 1e-9  # probability that is left of an impossible place
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@record("ground", "f2 i2 f1 b1 f2 f1 f f f")
+class Ground(NamedTuple):
+    """Points of walls, and how deep points lie within what a piece covers, seen from above."""
+
+    points: FloatArray  # (n, 2) m, those of a square tile together
+    first: IntArray  # (rows, columns + 1) the first point of each tile of a row, and past the last
+    corner: FloatArray  # (2,) m, lower corner of the first tile
+    counts: BoolArray  # (n,) points that the piece can't hold
+    depths: FloatArray  # (rows, columns) m, 0 outside
+    middle: FloatArray  # (2,) m, middle of the first of these cells, about the piece's origin
+    tile: float  # m, side of a tile
+    cell: float  # m, side of a cell
+    reach: float  # m from the piece's origin within which all that it covers lies
 
 
 @_inner
@@ -66,10 +83,10 @@ def _blend(
     place[2] = wrapped(place[2] + share * off[YAW])
 
 
-@called_with("f f2 f2 f2 f1 f2 f2 f3")
+@called_with("f1 f2 f2 f2 f1 f2 f2 f3")
 @_compile
 def arrive(
-    weight: float,
+    arriving: FloatArray,
     cells: FloatArray,
     spread: FloatArray,
     pose: FloatArray,
@@ -78,14 +95,12 @@ def arrive(
     robots: FloatArray,
     covariances: FloatArray,
 ) -> None:
-    """Add a weight to each of the cells (c, 3) with a covariance ``spread`` (3, 3) of x, y, yaw.
+    """Add a weight ``arriving`` (c,) to cells (c, 3) of a covariance ``spread`` (3, 3) of x, y, yaw.
 
     What arrives has the covariance ``pose`` (3, 3) of the robot's errors. Weights (c,), places (c,
     3), the robot's errors (c, 3) and covariances (c, 8, 8) of the present components become those
     of both together.
     """
-    if weight <= 0.0:
-        return
     off, other = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))
     at = (EAST, NORTH, YAW)
     for a in range(3):
@@ -93,8 +108,10 @@ def arrive(
             other[a, b] = pose[a, b]
             other[at[a], at[b]] = spread[a, b]
     for c in range(weights.shape[0]):
-        total = weights[c] + weight
-        share = weight / total
+        total = weights[c] + arriving[c]
+        if arriving[c] <= 0.0:
+            continue
+        share = arriving[c] / total
         for a in range(ROBOT):
             off[a] = -robots[c, a]
         off[EAST], off[NORTH] = cells[c, 0] - places[c, 0], cells[c, 1] - places[c, 1]
@@ -203,3 +220,79 @@ def meeting(
             if squared > 0.0 and -math.sqrt(squared) < along < until[i] + math.sqrt(squared):
                 out[i] = True
                 break
+
+
+@_inner
+def _deepest(x: float, y: float, yaw: float, ground: Ground, held: BoolArray) -> Any:
+    """m by which points of walls reach into a piece at a place; those that do are set in ``held``.
+
+    An empty ``held`` isn't set. Points that don't count are left out.
+    """
+    cos, sin, deepest = math.cos(yaw), math.sin(yaw), 0.0
+    rows, columns = ground.first.shape[0], ground.first.shape[1] - 1
+    low = max(math.floor((x - ground.reach - ground.corner[0]) / ground.tile), 0)
+    high = min(math.floor((x + ground.reach - ground.corner[0]) / ground.tile), columns - 1)
+    bottom = max(math.floor((y - ground.reach - ground.corner[1]) / ground.tile), 0)
+    top = min(math.floor((y + ground.reach - ground.corner[1]) / ground.tile), rows - 1)
+    for row in range(bottom, top + 1):
+        if low > high:
+            break
+        for k in range(ground.first[row, low], ground.first[row, high + 1]):
+            if not ground.counts[k]:
+                continue
+            off_x, off_y = ground.points[k, 0] - x, ground.points[k, 1] - y
+            own_x = cos * off_x + sin * off_y - ground.middle[0]
+            own_y = cos * off_y - sin * off_x - ground.middle[1]
+            i = math.floor(own_y / ground.cell + 0.5)
+            j = math.floor(own_x / ground.cell + 0.5)
+            if 0 <= i < ground.depths.shape[0] and 0 <= j < ground.depths.shape[1]:
+                deepest = max(deepest, ground.depths[i, j])
+                if len(held) > 0 and ground.depths[i, j] > 0.0:
+                    held[k] = True
+    return deepest
+
+
+@called_with("f1 ground b1")
+@_compile
+def hold(place: FloatArray, ground: Ground, held: BoolArray) -> None:
+    """Set those of the points ``held`` (n,) of walls that lie within a piece at a place (3,)."""
+    _deepest(place[0], place[1], place[2], ground, held)
+
+
+@called_with("f2 f3 ground f f1")
+@_compile
+def possible(
+    places: FloatArray, covariances: FloatArray, ground: Ground, std: float, out: FloatArray
+) -> None:
+    """Probability ``out`` (c,) that the piece can stand in components at places (c, 3).
+
+    The mean over their Gaussians, of covariances (c, 8, 8), of the probability that walls aren't
+    where they reach into the piece, if they are off by a deviation ``std`` m. It is taken by the
+    Gauss-Hermite rule of three points along either axis of the position.
+    """
+    none = np.empty(0, dtype=np.bool_)
+    for c in range(places.shape[0]):
+        xx, xy, yy = (
+            covariances[c, EAST, EAST],
+            covariances[c, EAST, NORTH],
+            covariances[c, NORTH, NORTH],
+        )
+        half, mean = 0.5 * (xx - yy), 0.5 * (xx + yy)
+        root, turn = math.hypot(half, xy), 0.5 * math.atan2(xy, half)
+        axis_x, axis_y = math.cos(turn), math.sin(turn)
+        long, short = math.sqrt(3.0 * (mean + root)), math.sqrt(3.0 * max(mean - root, 0.0))
+        total = 0.0
+        for a in range(-1, 2):
+            for b in range(-1, 2):
+                weight = (1.0 / 6.0 if a else 2.0 / 3.0) * (1.0 / 6.0 if b else 2.0 / 3.0)
+                if a != 0 and long < NARROW:
+                    continue
+                if b != 0 and short < NARROW:
+                    continue
+                weight *= 1.5 if long < NARROW else 1.0
+                weight *= 1.5 if short < NARROW else 1.0
+                x = places[c, 0] + a * long * axis_x - b * short * axis_y
+                y = places[c, 1] + a * long * axis_y + b * short * axis_x
+                deep = _deepest(x, y, places[c, 2], ground, none)
+                total += weight * math.erfc(deep / (ROOT_2 * std))
+        out[c] = max(total, LEAST_POSSIBLE)

@@ -9,6 +9,7 @@ elsewhere, components are proposed, which weigh what the mixture has there. See 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
@@ -24,6 +25,7 @@ from objstate.lazy import Later, altered, lazy
 from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.furniture import kernel_width
+from objstate.objects.ground import NO_WALLS, OUTLINE_STD, Floor, ground_of
 from objstate.objects.mixture import NEVER
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import shape_of
@@ -55,12 +57,32 @@ STATE = slice(3, 6)  # of the errors: yaw, x, y
 ORDER = [4, 5, 3]  # x, y, yaw of the errors
 
 
+class Off(NamedTuple):
+    """How far what a piece of furniture is compared with is off the model."""
+
+    static: FloatArray  # (3,) variances of x, y, yaw by which the place that readings show is off
+    std: float  # m, deviation of walls about it and of its outline
+
+    @staticmethod
+    def of(outline: FloatArray, wall_std: float, shift_std: float) -> Off:
+        """By variances (3,) of an outline's place, and deviations of walls by themselves and together.
+
+        The place is seen among the walls about it.
+        """
+        of_shift = np.array([1.0, 1.0, 0.0]) * shift_std**2
+        return Off(outline + of_shift, math.hypot(wall_std, OUTLINE_STD))
+
+
+AS_MODELLED = Off(np.zeros(3), OUTLINE_STD)
+
+
 @dataclass(frozen=True)
 class Piece:
     """The constant data of a piece of furniture: its outline, its cells, and its dynamics."""
 
     item: MovableObject
     settings: FurnitureSettings
+    floor: Callable[[], Floor] = lambda: NO_WALLS
 
     @property
     def columns(self) -> int:
@@ -81,6 +103,20 @@ class Piece:
         """Places (c, 3) of the prior's cells and the covariance (3, 3) of each."""
         is_gaussian = self.settings.prior == "gaussian"
         return _covered(self.item.home, self.prior_covariance, OF_PRIOR, is_gaussian)
+
+    @lazy
+    def ground(self) -> components.Ground:
+        """Where it can stand."""
+        return ground_of(self.item, self.floor())
+
+    def possible(self, places: FloatArray, covariances: FloatArray, std: float) -> FloatArray:
+        """(c,) probability that it can stand in components at places (c, 3).
+
+        Their errors have ``covariances`` (c, 8, 8). Walls and its outline are off by ``std`` m.
+        """
+        out = np.empty(len(places))
+        components.possible(places, covariances, self.ground, std, out)
+        return out
 
     def nearby(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places (c, 3) to which it may be pushed from a place (3,), and the covariance of each."""
@@ -115,6 +151,7 @@ class FurnitureMixture:
     robots: FloatArray  # (c, 3) mean error of the robot's pose
     covariances: FloatArray  # (c, 8, 8) of errors, see ``mixture_kernels``
     motions: FloatArray  # (c, 10) of furniture that may be pushed, see ``pushing``; else (c, 0)
+    off: Off = AS_MODELLED
     stamp_ns: int | None = None
 
     @staticmethod
@@ -123,8 +160,10 @@ class FurnitureMixture:
         presence = piece.settings.presence
         nowhere = np.empty((0, 3))
         blank = FurnitureMixture._of(piece, nowhere, np.zeros((3, 3)), np.empty(0))
+        cells = slice(1, 1 + OF_PRIOR)
+        shares = piece.possible(blank.places[cells], blank.covariances[cells], blank.off.std)
         blank.weights[ABSENT] = 1.0 - presence
-        blank.weights[1 : 1 + OF_PRIOR] = presence / OF_PRIOR
+        blank.weights[cells] = presence * shares / shares.sum()
         return blank
 
     @staticmethod
@@ -149,14 +188,17 @@ class FurnitureMixture:
         near, of_near = piece.nearby(piece.item.home)
         nowhere = np.array([[FAR, FAR, 0.0]])
         count = 1 + OF_PRIOR + NEARBY
-        covariances = np.zeros((count + len(places), kernels.ERRORS, kernels.ERRORS))
-        spread = np.ix_(ORDER, ORDER)
-        for part, each in (
-            (slice(1, 1 + OF_PRIOR), of_cell),
-            (slice(1 + OF_PRIOR, count), of_near),
-            (slice(count, None), covariance),
-        ):
-            covariances[part, spread[0], spread[1]] = each
+        covariances = np.concatenate(
+            [
+                _of_place(each, number)
+                for each, number in (
+                    (np.zeros((3, 3)), 1),
+                    (of_cell, OF_PRIOR),
+                    (of_near, NEARBY),
+                    (covariance, len(places)),
+                )
+            ]
+        )
         all_places = np.concatenate([nowhere, cells, near, places])
         return FurnitureMixture(
             piece,
@@ -165,6 +207,7 @@ class FurnitureMixture:
             np.zeros((len(all_places), 3)),
             covariances,
             np.zeros((len(all_places), piece.columns)),
+            AS_MODELLED,
         )
 
     def at(self, stamp_ns: int | None) -> FurnitureMixture:
@@ -188,14 +231,21 @@ class FurnitureMixture:
         return np.asarray(self.places[1 + int(np.argmax(self.weights[1:]))])
 
     def later(
-        self, seconds: float, transfer: FloatArray, added: FloatArray, robot: FloatArray
+        self,
+        seconds: float,
+        transfer: FloatArray,
+        added: FloatArray,
+        robot: FloatArray,
+        off: Off | None = None,
     ) -> FurnitureMixture:
         """The prediction over some time, in which the object may have been moved.
 
         The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
-        covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3).
+        covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3). Walls and the
+        outline are ``off`` their models; None: as before.
         """
         piece, moved = self.piece, self.piece.settings.dynamics.moved(seconds)
+        off = off or self.off
         places, covariances = self.places.copy(), self.covariances.copy()
         means = np.zeros((len(places), kernels.ERRORS))
         means[:, :3] = self.robots
@@ -207,8 +257,9 @@ class FurnitureMixture:
         robots, first = np.ascontiguousarray(means[:, :3]), 1
         for cells, covariance in (piece.cells, piece.nearby(self.best)):
             part = slice(first, first + len(cells))
+            shares = piece.possible(cells, _of_place(covariance, len(cells)), off.std)
             components.arrive(
-                0.5 * moved * there / len(cells),
+                0.5 * moved * there * shares / shares.sum(),
                 cells,
                 covariance,
                 robot,
@@ -221,7 +272,7 @@ class FurnitureMixture:
         after = weights, places, robots, covariances, self.motions
         if piece.columns:
             after = _pushed(seconds, *after)
-        return FurnitureMixture(piece, *after, self.stamp_ns)
+        return FurnitureMixture(piece, *after, off, self.stamp_ns)
 
     def density(
         self,
@@ -251,14 +302,16 @@ class FurnitureMixture:
         """
         if len(proposed) == 0:
             return self
-        std, density = PROPOSED_STD, self.density(proposed)
+        std, count = PROPOSED_STD, len(proposed)
+        covariances = _of_place(np.diag(std**2), count)
+        covariances[:, :3, :3] = robot
+        untruncated = self.weights / self._possible(self.places, self.covariances)
+        density = altered(self, weights=untruncated).density(proposed)
+        density *= self._possible(proposed, covariances)
         off = proposed[:, None] - proposed
         off[..., 2] = wrap(off[..., 2])
         crowd = np.exp(-0.5 * ((off / std) ** 2).sum(axis=2)).sum(axis=1)
         weights = density * (math.sqrt(2.0 * math.pi) ** 3 * std.prod()) / crowd
-        covariances = np.zeros((len(proposed), kernels.ERRORS, kernels.ERRORS))
-        covariances[:, :3, :3] = robot
-        covariances[:, ORDER, ORDER] = std**2
         motions = pushing.shared(
             self.motions, self.weights, self.places, self.covariances, proposed, std
         )
@@ -266,14 +319,18 @@ class FurnitureMixture:
             self.piece,
             np.concatenate([self.weights, weights]),
             np.concatenate([self.places, proposed]),
-            np.concatenate([self.robots, np.zeros((len(proposed), 3))]),
+            np.concatenate([self.robots, np.zeros((count, 3))]),
             np.concatenate([self.covariances, covariances]),
             np.concatenate([self.motions, motions]),
+            self.off,
             self.stamp_ns,
         )
 
     def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[Conditioned, int]:
-        """Bayes' rule for a scan, and the number of beams that reach the most probable place."""
+        """Bayes' rule for a scan, and the number of beams that reach the most probable place.
+
+        The prior ends where the piece would reach into walls, as each component's Gaussian doesn't.
+        """
         means = np.zeros((len(self.weights), kernels.ERRORS))
         means[:, :3] = self.robots
         covariances, log_evidence = self.covariances.copy(), np.empty(len(means))
@@ -301,10 +358,15 @@ class FurnitureMixture:
         places = self.places + shift
         places[:, 2] = wrap(places[:, 2])
         log_weights = np.log(np.maximum(self.weights, NEVER)) + log_evidence
+        log_weights += np.log(self._possible(places, covariances))
+        log_weights -= np.log(self._possible(self.places, self.covariances))
         robots = np.ascontiguousarray(means[:, :3])
         motions = pushing.corrected(self.motions, self.covariances, covariances, shift[:, :2])
         after = Conditioned(self, log_weights, places, robots, covariances, motions)
         return after, int(reached)
+
+    def _possible(self, places: FloatArray, covariances: FloatArray) -> FloatArray:
+        return self.piece.possible(places, covariances, self.off.std)
 
     def circles(self) -> FloatArray:
         """(c, 3) x, y, radius m of circles that hold the object, by component, given presence."""
@@ -321,7 +383,8 @@ class FurnitureMixture:
         states, weights = np.empty((counts.sum(), 3)), np.repeat(there / counts, counts)
         first = 0
         for k, count in zip(telling.tolist(), counts.tolist(), strict=True):
-            root = np.linalg.cholesky(self.covariances[k][np.ix_(ORDER, ORDER)])
+            own = self.covariances[k][np.ix_(ORDER, ORDER)] + np.diag(self.off.static)
+            root = np.linalg.cholesky(own)
             states[first : first + count] = self.places[k] + _draws(count) @ root.T
             first += count
         states[:, 2] = wrap(states[:, 2])
@@ -381,6 +444,7 @@ class Conditioned(NamedTuple):
             robots[kept],
             covariances[kept],
             self.motions[kept],
+            mixture.off,
             mixture.stamp_ns,
         )
 
@@ -400,6 +464,13 @@ def _pushed(
     pushing.advance(seconds, places, covariances, motions)
     robots = np.concatenate([robots, robots[of]])
     return np.concatenate([left, parts]), places, robots, covariances, motions
+
+
+def _of_place(covariance: FloatArray, count: int) -> FloatArray:
+    """(count, 8, 8) covariances of errors, of which those of x, y, yaw have one (3, 3)."""
+    out = np.zeros((count, kernels.ERRORS, kernels.ERRORS))
+    out[np.ix_(range(count), ORDER, ORDER)] = covariance
+    return out
 
 
 def traced(item: MovableObject, height: float) -> TracedOutline | None:

@@ -48,6 +48,21 @@ def shape_of(
     )
 
 
+def static_of(shape: kernels.Shape, part_std: float) -> FloatArray:
+    """(3,) variances of x, y and yaw at which an outline is seen whose parts are off their places.
+
+    Each part has an independent error with the deviation ``part_std`` m, in either direction; the
+    outline is fitted to their middles by least squares.
+    """
+    ranges = np.unique(shape.among, axis=0)
+    middles = np.array([shape.corners[first:past].mean(axis=0) for first, past in ranges.tolist()])
+    if len(middles) == 0:
+        return np.zeros(3)
+    of_place = part_std**2 / len(middles)
+    squares = float(((middles - middles.mean(axis=0)) ** 2).sum())
+    return np.array([of_place, of_place, part_std**2 / squares if squares > 0.0 else 0.0])
+
+
 def _normals(segments: FloatArray) -> FloatArray:
     """(k, 2) unit normals of segments (k, 4)."""
     along = segments[:, 2:] - segments[:, :2]

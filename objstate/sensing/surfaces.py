@@ -57,15 +57,19 @@ class Surfaces:
         pieces.meet(self.pieces, self.normals, among, origins, directions, ranges, numbers)
         return ranges, numbers
 
-    def slopes(self, numbers: IntArray, directions: FloatArray) -> FloatArray:
-        """(n,) squared tangents of the incidence of beams on pieces of some ``numbers`` (n,).
+    def cosines(self, numbers: IntArray, directions: FloatArray) -> FloatArray:
+        """(n,) cosines of the incidence of beams on pieces of some ``numbers`` (n,).
 
-        They are limited to that of a grazing incidence, and 0 for beams that meet nothing.
+        Their size is at least that of a grazing incidence.
         """
-        out, meets = np.zeros(len(numbers)), numbers >= 0
-        products = self.normals[numbers[meets]] * directions[meets]
+        products = self.normals[numbers] * directions
         cosines = products[:, 0] + products[:, 1]
-        out[meets] = 1.0 / np.maximum(cosines**2, pieces.GRAZING**2) - 1.0
+        return np.copysign(np.maximum(np.abs(cosines), pieces.GRAZING), cosines)
+
+    def slopes(self, numbers: IntArray, directions: FloatArray) -> FloatArray:
+        """(n,) squared tangents of that incidence, and 0 for beams that meet nothing."""
+        out, meets = np.zeros(len(numbers)), numbers >= 0
+        out[meets] = 1.0 / self.cosines(numbers[meets], directions[meets]) ** 2 - 1.0
         return out
 
 

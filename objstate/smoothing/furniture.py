@@ -166,14 +166,15 @@ def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBel
     """A mixture as samples; where the object surely isn't there, those of the last belief."""
     if mixture.weights[1:].sum() <= NEVER:
         return altered(belief, presence=0.0)
-    covariances = np.zeros((len(mixture.weights), kernels.ERRORS, kernels.ERRORS))
-    covariances[np.ix_(range(len(covariances)), ORDER, ORDER)] = mixture.covariances
+    count = len(mixture.weights)
+    covariances = np.zeros((count, kernels.ERRORS, kernels.ERRORS))
+    covariances[np.ix_(range(count), ORDER, ORDER)] = mixture.covariances
     whole = FurnitureMixture(
         piece,
         mixture.weights,
         mixture.places,
-        np.zeros((len(covariances), 3)),
+        np.zeros((count, 3)),
         covariances,
-        np.zeros((len(covariances), piece.columns)),
+        np.zeros((count, piece.columns)),
     )
     return whole.sampled(belief)

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.independent import metrics
 from benchmarks.independent.__main__ import main, seeds_of
 from benchmarks.independent.drive import OdometryErrors, Route, corridor_drive, odometry
-from benchmarks.independent.lasers import Caster, rig, scans
+from benchmarks.independent.lasers import Corridor, hits, rig, scans
 from benchmarks.independent.metrics import SECOND, Door, Durations, Estimates, Robot
 from benchmarks.independent.model import ModelErrors, model_of, urdf
 from benchmarks.independent.results import Measured, from_json, read_estimates, to_json
@@ -73,8 +73,8 @@ def test_closed_leaves_fill_their_doorways(seed: int) -> None:
     world = bare_world(seed)
     origins = np.tile([world.length / 2, 0.0], (720, 1))
     no_glass = np.zeros(720, np.bool_)
-    hits, _ = Caster(world).hits(origins, around(720), 0.0, 30.0, no_glass)
-    ends = origins + hits.ranges[:, None] * around(720)
+    met, _ = hits(Corridor(world), origins, around(720), 0.0, 30.0, no_glass)
+    ends = origins + met.ranges[:, None] * around(720)
     assert np.mean(np.abs(ends[:, 1]) > world.half + 0.2) < 0.01
 
 
@@ -122,7 +122,7 @@ def test_perfect_wheels_tell_the_robots_way() -> None:
 def test_readings_lie_around_the_exact_ranges(kind: str) -> None:
     world, drive = bare_world(1), corridor_drive(1)
     short = replace(drive, times=drive.times[:100], poses=drive.poses[:100])  # it stands still
-    for scan in scans(1, world, short, rig(kind)):
+    for scan in scans(1, Corridor(world), short, rig(kind)):
         laser = rig(kind)[scan.laser]
         origin = drive.poses[0][:2] + np.array([laser.x, laser.y])
         bearings = laser.yaw + laser.angles
@@ -156,7 +156,7 @@ def test_ranges_mix_only_where_neighbours_end_on_different_surfaces() -> None:
     on_one = (index[:-1] == index[1:]) & (exact[:-1] < laser.range_max - 0.1)
     slanted = on_one & (np.abs(np.diff(exact)) > 0.15)  # m, as far apart as at an edge
     assert slanted.sum() > 5
-    for scan in scans(1, world, short, [laser]):
+    for scan in scans(1, Corridor(world), short, [laser]):
         off = np.abs(scan.ranges - exact)[:-1]
         assert (off[slanted] < 0.001).all()
         assert (off[~on_one & np.isfinite(exact[:-1])] > 0.05).any()

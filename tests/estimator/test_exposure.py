@@ -12,7 +12,7 @@ from objstate.estimator.exposure import Exposures, Others
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray
-from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage
+from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage, WallErrors
 from objstate.particles import Weights
 from objstate.sensing import BeamModel, Sensing, UncertainObject
 from tests.rooms import building, door, enclosure, fan, scan_of
@@ -41,7 +41,8 @@ def exposures(
     )
     entries = np.reshape([sight.entered(name) for name in places], (len(places), len(scan)))
     among = Others(list(places), scenery, entries)
-    return Exposures(sight, vantage, surfaces, known, among, 0.02, lambda *_: NOTHING)
+    walls = WallErrors.unknown(len(surfaces.pieces), 0.02)
+    return Exposures(sight, vantage, surfaces, known, among, walls, lambda *_: NOTHING)
 
 
 def test_an_object_stands_before_the_walls_and_all_others_but_not_itself() -> None:

@@ -19,7 +19,7 @@ from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import altered
-from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage
+from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage, WallErrors
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.furniture_mixture import (
     ORDER,
@@ -69,9 +69,9 @@ class Watch:
     def __init__(self, item: MovableObject, chosen: Settings, seed: int) -> None:
         self.item, self.place = item, building(enclosure(6.0, 6.0), item)
         self.rng, self.settings = np.random.default_rng(seed), chosen
-        self.furniture = Furniture(self.place, chosen)
         self.surroundings = Surroundings(self.place)
         self.sensing = Sensing(self.place, BeamModel(chosen.beam_model))
+        self.furniture = Furniture(self.place, chosen, self.sensing)
         self.belief = filter_for(item, chosen).prior(self.rng)
         self.seconds = 0.0
 
@@ -92,7 +92,8 @@ class Watch:
                              self.surroundings)  # fmt: skip
             surfaces = self.sensing.surfaces(sight.height)
             others = Others((), self.sensing.scenery((), sight.height), np.empty((0, len(scan))))
-            exposures = Exposures(sight, vantage, surfaces, {}, others, 0.0, lambda *_: CARRIED)
+            walls = WallErrors.unknown(len(surfaces.pieces), 0.0)
+            exposures = Exposures(sight, vantage, surfaces, {}, others, walls, lambda *_: CARRIED)
             name = self.item.name
             believed = SimpleNamespace(marginals={name: self.belief}, rngs={name: self.rng})
             seen = self.furniture.observe([name], believed, Blurred(exposures))
@@ -178,7 +179,8 @@ def test_what_is_published_has_the_mixtures_moments() -> None:
     assert isinstance(mixture, FurnitureMixture)
     mean, covariance = moments(mixture)
     np.testing.assert_allclose(belief.mean, mean, atol=1e-4)
-    np.testing.assert_allclose(belief.std, np.sqrt(np.diag(covariance)), rtol=0.05)
+    variances = np.diag(covariance) + mixture.off.static
+    np.testing.assert_allclose(belief.std, np.sqrt(variances), rtol=0.05)
     assert belief.weights.values.sum() == pytest.approx(1.0)
     assert belief.presence == mixture.presence
 

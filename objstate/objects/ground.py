@@ -1,0 +1,89 @@
+"""Where furniture can stand: not in walls.
+
+A place at which walls would reach a depth d into a piece is possible with the probability 2 Phi(-d /
+sigma) that the walls, or the piece's outline, are off by so much. See docs/model.md.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from objstate.building.model import MovableObject
+from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import Later
+from objstate.objects.footprint import OBJECTS_KEPT, silhouette
+
+if TYPE_CHECKING:
+    from objstate.objects import components
+else:
+    components = Later("objstate.objects.components")
+
+SPACING = 0.04  # m between points of walls
+TILE = 0.5  # m, side of the squares by which these points are found
+OUTLINE_STD = 0.01  # m by which parts of a piece's outline are off its model
+CELL = 0.02  # m, side of the cells in which depths within a piece are known
+
+
+class Floor(NamedTuple):
+    """Points of walls at one height, see ``components.Ground``."""
+
+    points: FloatArray
+    first: IntArray
+    corner: FloatArray
+
+    @staticmethod
+    def of(walls: FloatArray) -> Floor:
+        """Points along segments (k, 4)."""
+        along = walls[:, 2:] - walls[:, :2]
+        steps = np.ceil(np.hypot(along[:, 0], along[:, 1]) / SPACING).astype(np.int64)
+        of = np.repeat(np.arange(len(walls)), steps + 1)
+        number = np.arange(len(of)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
+        points = walls[of, :2] + (number / np.maximum(steps[of], 1))[:, None] * along[of]
+        corner = points.min(axis=0) if len(points) else np.zeros(2)
+        tiles = ((points - corner) / TILE).astype(np.int64)
+        columns, rows = (tiles.max(axis=0, initial=0) + 1).tolist()
+        flat = tiles[:, 1] * columns + tiles[:, 0]
+        past = np.cumsum(np.bincount(flat, minlength=rows * columns)).reshape(rows, columns)
+        first = np.column_stack([np.concatenate([[0], past[:-1, -1]]), past])
+        order = np.argsort(flat, kind="stable")
+        return Floor(np.ascontiguousarray(points[order]), np.ascontiguousarray(first), corner)
+
+
+def half_height(item: MovableObject) -> float:
+    """m above the floor, at which walls are cut for a piece."""
+    heights = item.upright_mesh.vertices[:, 2]
+    return float(item.origin[2, 3] + 0.5 * (heights.min() + heights.max()))
+
+
+def ground_of(item: MovableObject, floor: Floor) -> components.Ground:
+    """Where a piece can stand. Walls that lie within it at its modelled place don't count."""
+    depths, middle, reach = _depths(item)
+    counts = np.ones(len(floor.points), dtype=bool)
+    ground = components.Ground(*floor, counts, depths, middle, TILE, CELL, reach)
+    drawn = np.zeros(len(counts), dtype=bool)
+    components.hold(np.asarray(item.home, dtype=float), ground, drawn)
+    return ground._replace(counts=~drawn)
+
+
+NO_WALLS = Floor.of(np.empty((0, 4)))
+
+
+@lru_cache(maxsize=OBJECTS_KEPT)
+def _depths(item: MovableObject) -> tuple[FloatArray, FloatArray, float]:
+    """m by which points on a grid lie within a piece, the first one (2,), and the piece's reach."""
+    import shapely
+
+    x, y, yaw = item.home
+    back = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    shape = shapely.transform(silhouette(item), lambda points: (points - (x, y)) @ back)
+    shapely.prepare(shape)
+    low_x, low_y, high_x, high_y = shape.bounds
+    across, up = np.arange(low_x, high_x + CELL, CELL), np.arange(low_y, high_y + CELL, CELL)
+    points = shapely.points(*np.meshgrid(across, up))
+    inside = shapely.contains(shape, points)
+    depths = np.where(inside, shapely.distance(points, shape.boundary), 0.0)
+    corners = shapely.get_coordinates(shape)
+    return depths, np.array([low_x, low_y]), float(np.hypot(*corners.T).max(initial=0.0))
