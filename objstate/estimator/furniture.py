@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,13 +21,13 @@ from objstate.objects import ObjectBelief
 from objstate.objects.exclusion import alike, compete, exclusive
 from objstate.objects.furniture_mixture import (
     PROPOSED,
+    About,
     Conditioned,
     FurnitureMixture,
-    Off,
     Piece,
     traced,
 )
-from objstate.objects.ground import OUTLINE_STD, Floor, half_height
+from objstate.objects.ground import OUTLINE_STD, Floor, bodies, half_height
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import static_of
 from objstate.particles import Weights, systematic
@@ -40,6 +41,7 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
 
 TRIED = 400  # states that are tried, of which some are proposed
+NEARBY = 2.0  # m beside a piece, from which on other furniture doesn't matter
 FEWEST_ENDS = 3  # least number of ends of beams that may show an object
 ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
 
@@ -80,7 +82,10 @@ class Furniture:
         seen, conditioned = dict[str, Seen](), dict[str, Conditioned]()
         for name, before in mixtures.items():
             belief, exposure = beliefs[name], exposures.of(name, unless=rivals[name])
-            after, beams, reached = self._given(belief, before, exposure, believed.rngs[name])
+            about = self._about(name, beliefs, rivals[name], exposure)
+            after, beams, reached = self._given(
+                belief, before, about, exposure, believed.rngs[name]
+            )
             seen[name] = Seen(belief, exposure, beams, reached > 0)
             if isinstance(after, FurnitureMixture):
                 mixtures[name] = after
@@ -112,6 +117,34 @@ class Furniture:
             left += [other for other in rivals[name] if other not in rivals and other not in left]
         return {name: mixtures[name] for name in rivals}, rivals
 
+    def _about(
+        self,
+        name: str,
+        beliefs: Mapping[str, ObjectBelief],
+        rivals: Collection[str],
+        exposure: Exposure,
+    ) -> About:
+        """What is about a piece: walls that are off as it is seen among them, and other furniture.
+
+        Not that which looks alike, and competes with it for a place.
+        """
+        walls, belief = exposure.errors, beliefs[name]
+        static = self._outline(name, exposure.sight.height).static
+        places = np.stack([belief.item.home, belief.mean])[:, :2]
+        others = [
+            (other.item, other.mean, other.presence)
+            for each, other in beliefs.items()
+            if each in self._pieces and each not in (name, *rivals) and other.is_certain
+        ]
+        near = [
+            other
+            for other in others
+            if np.hypot(*(places - other[1][:2]).T).min() < self._pieces[name].reach + NEARBY
+        ]
+        of_shift = np.array([1.0, 1.0, 0.0]) * walls.shift_std**2
+        std = math.hypot(walls.std, OUTLINE_STD)
+        return About(static + of_shift, std, bodies(belief.item, near))
+
     def _mixture(self, belief: ObjectBelief) -> FurnitureMixture:
         """The mixture of a belief, as of its last scan."""
         if isinstance(belief.joint, FurnitureMixture):
@@ -124,6 +157,7 @@ class Furniture:
         self,
         belief: ObjectBelief,
         before: FurnitureMixture,
+        about: About,
         exposure: Exposure,
         rng: np.random.Generator,
     ) -> tuple[Conditioned | FurnitureMixture, IntArray, int]:
@@ -134,8 +168,7 @@ class Furniture:
         scan, vantage = exposure.scan, exposure.vantage
         seconds = exposure.seconds_since(before.stamp_ns)
         outline = self._outline(exposure.name, exposure.sight.height)
-        off = Off.of(outline.static, exposure.errors.std, exposure.errors.shift_std)
-        mixture = before.later(seconds, *exposure.carried(), vantage.covariance, off)
+        mixture = before.later(seconds, *exposure.carried(), vantage.covariance, about)
         if outline.traced is not None:
             stopped = exposure.stopped
             if belief.is_certain:

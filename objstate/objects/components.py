@@ -259,16 +259,36 @@ def hold(place: FloatArray, ground: Ground, held: BoolArray) -> None:
     _deepest(place[0], place[1], place[2], ground, held)
 
 
-@called_with("f2 f3 ground f f1")
+@_inner
+def _alone(x: float, y: float, yaw: float, bodies: FloatArray, std: float) -> Any:
+    """Probability that no other body takes a place, see ``possible``."""
+    cos, sin, out = math.cos(yaw), math.sin(yaw), 1.0
+    for k in range(bodies.shape[0]):
+        own_x, own_y = bodies[k, 0], bodies[k, 1]
+        off_x = x + cos * own_x - sin * own_y - bodies[k, 2]
+        off_y = y + sin * own_x + cos * own_y - bodies[k, 3]
+        deep = max(bodies[k, 4] - math.hypot(off_x, off_y), 0.0)
+        out *= 1.0 - bodies[k, 5] * (1.0 - math.erfc(deep / (ROOT_2 * std)))
+    return out
+
+
+@called_with("f2 f3 ground f2 f f1")
 @_compile
 def possible(
-    places: FloatArray, covariances: FloatArray, ground: Ground, std: float, out: FloatArray
+    places: FloatArray,
+    covariances: FloatArray,
+    ground: Ground,
+    bodies: FloatArray,
+    std: float,
+    out: FloatArray,
 ) -> None:
     """Probability ``out`` (c,) that the piece can stand in components at places (c, 3).
 
-    The mean over their Gaussians, of covariances (c, 8, 8), of the probability that walls aren't
-    where they reach into the piece, if they are off by a deviation ``std`` m. It is taken by the
-    Gauss-Hermite rule of three points along either axis of the position.
+    The mean over their Gaussians, of covariances (c, 8, 8), of the probability that walls and other
+    bodies aren't where they reach into the piece, if they are off by a deviation ``std`` m. It is
+    taken by the Gauss-Hermite rule of three points along either axis of the position. Of each of
+    the ``bodies`` (m, 6), a point x, y of the piece, about its origin at yaw 0, is farther than a
+    distance m from a place x, y, if it is there with a probability.
     """
     none = np.empty(0, dtype=np.bool_)
     for c in range(places.shape[0]):
@@ -294,5 +314,6 @@ def possible(
                 x = places[c, 0] + a * long * axis_x - b * short * axis_y
                 y = places[c, 1] + a * long * axis_y + b * short * axis_x
                 deep = _deepest(x, y, places[c, 2], ground, none)
-                total += weight * math.erfc(deep / (ROOT_2 * std))
+                alone = _alone(x, y, places[c, 2], bodies, std)
+                total += weight * alone * math.erfc(deep / (ROOT_2 * std))
         out[c] = max(total, LEAST_POSSIBLE)

@@ -57,23 +57,15 @@ STATE = slice(3, 6)  # of the errors: yaw, x, y
 ORDER = [4, 5, 3]  # x, y, yaw of the errors
 
 
-class Off(NamedTuple):
-    """How far what a piece of furniture is compared with is off the model."""
+class About(NamedTuple):
+    """What is about a piece of furniture."""
 
     static: FloatArray  # (3,) variances of x, y, yaw by which the place that readings show is off
-    std: float  # m, deviation of walls about it and of its outline
-
-    @staticmethod
-    def of(outline: FloatArray, wall_std: float, shift_std: float) -> Off:
-        """By variances (3,) of an outline's place, and deviations of walls by themselves and together.
-
-        The place is seen among the walls about it.
-        """
-        of_shift = np.array([1.0, 1.0, 0.0]) * shift_std**2
-        return Off(outline + of_shift, math.hypot(wall_std, OUTLINE_STD))
+    std: float  # m, deviation of walls, of other bodies and of its outline from their models
+    bodies: FloatArray  # (m, 6) other bodies, see ``components.possible``
 
 
-AS_MODELLED = Off(np.zeros(3), OUTLINE_STD)
+NOTHING = About(np.zeros(3), OUTLINE_STD, np.empty((0, 6)))
 
 
 @dataclass(frozen=True)
@@ -109,13 +101,13 @@ class Piece:
         """Where it can stand."""
         return ground_of(self.item, self.floor())
 
-    def possible(self, places: FloatArray, covariances: FloatArray, std: float) -> FloatArray:
+    def possible(self, places: FloatArray, covariances: FloatArray, about: About) -> FloatArray:
         """(c,) probability that it can stand in components at places (c, 3).
 
-        Their errors have ``covariances`` (c, 8, 8). Walls and its outline are off by ``std`` m.
+        Their errors have ``covariances`` (c, 8, 8).
         """
-        out = np.empty(len(places))
-        components.possible(places, covariances, self.ground, std, out)
+        out, bodies = np.empty(len(places)), about.bodies
+        components.possible(places, covariances, self.ground, bodies, about.std, out)
         return out
 
     def nearby(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +143,7 @@ class FurnitureMixture:
     robots: FloatArray  # (c, 3) mean error of the robot's pose
     covariances: FloatArray  # (c, 8, 8) of errors, see ``mixture_kernels``
     motions: FloatArray  # (c, 10) of furniture that may be pushed, see ``pushing``; else (c, 0)
-    off: Off = AS_MODELLED
+    about: About = NOTHING
     stamp_ns: int | None = None
 
     @staticmethod
@@ -161,7 +153,7 @@ class FurnitureMixture:
         nowhere = np.empty((0, 3))
         blank = FurnitureMixture._of(piece, nowhere, np.zeros((3, 3)), np.empty(0))
         cells = slice(1, 1 + OF_PRIOR)
-        shares = piece.possible(blank.places[cells], blank.covariances[cells], blank.off.std)
+        shares = piece.possible(blank.places[cells], blank.covariances[cells], blank.about)
         blank.weights[ABSENT] = 1.0 - presence
         blank.weights[cells] = presence * shares / shares.sum()
         return blank
@@ -207,7 +199,7 @@ class FurnitureMixture:
             np.zeros((len(all_places), 3)),
             covariances,
             np.zeros((len(all_places), piece.columns)),
-            AS_MODELLED,
+            NOTHING,
         )
 
     def at(self, stamp_ns: int | None) -> FurnitureMixture:
@@ -236,16 +228,16 @@ class FurnitureMixture:
         transfer: FloatArray,
         added: FloatArray,
         robot: FloatArray,
-        off: Off | None = None,
+        about: About | None = None,
     ) -> FurnitureMixture:
         """The prediction over some time, in which the object may have been moved.
 
         The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
-        covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3). Walls and the
-        outline are ``off`` their models; None: as before.
+        covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3). What is
+        ``about`` the object has changed to that; None: it hasn't.
         """
         piece, moved = self.piece, self.piece.settings.dynamics.moved(seconds)
-        off = off or self.off
+        about = about or self.about
         places, covariances = self.places.copy(), self.covariances.copy()
         means = np.zeros((len(places), kernels.ERRORS))
         means[:, :3] = self.robots
@@ -257,7 +249,7 @@ class FurnitureMixture:
         robots, first = np.ascontiguousarray(means[:, :3]), 1
         for cells, covariance in (piece.cells, piece.nearby(self.best)):
             part = slice(first, first + len(cells))
-            shares = piece.possible(cells, _of_place(covariance, len(cells)), off.std)
+            shares = piece.possible(cells, _of_place(covariance, len(cells)), about)
             components.arrive(
                 0.5 * moved * there * shares / shares.sum(),
                 cells,
@@ -272,7 +264,7 @@ class FurnitureMixture:
         after = weights, places, robots, covariances, self.motions
         if piece.columns:
             after = _pushed(seconds, *after)
-        return FurnitureMixture(piece, *after, off, self.stamp_ns)
+        return FurnitureMixture(piece, *after, about, self.stamp_ns)
 
     def density(
         self,
@@ -322,7 +314,7 @@ class FurnitureMixture:
             np.concatenate([self.robots, np.zeros((count, 3))]),
             np.concatenate([self.covariances, covariances]),
             np.concatenate([self.motions, motions]),
-            self.off,
+            self.about,
             self.stamp_ns,
         )
 
@@ -366,7 +358,7 @@ class FurnitureMixture:
         return after, int(reached)
 
     def _possible(self, places: FloatArray, covariances: FloatArray) -> FloatArray:
-        return self.piece.possible(places, covariances, self.off.std)
+        return self.piece.possible(places, covariances, self.about)
 
     def circles(self) -> FloatArray:
         """(c, 3) x, y, radius m of circles that hold the object, by component, given presence."""
@@ -383,7 +375,7 @@ class FurnitureMixture:
         states, weights = np.empty((counts.sum(), 3)), np.repeat(there / counts, counts)
         first = 0
         for k, count in zip(telling.tolist(), counts.tolist(), strict=True):
-            own = self.covariances[k][np.ix_(ORDER, ORDER)] + np.diag(self.off.static)
+            own = self.covariances[k][np.ix_(ORDER, ORDER)] + np.diag(self.about.static)
             root = np.linalg.cholesky(own)
             states[first : first + count] = self.places[k] + _draws(count) @ root.T
             first += count
@@ -444,7 +436,7 @@ class Conditioned(NamedTuple):
             robots[kept],
             covariances[kept],
             self.motions[kept],
-            mixture.off,
+            mixture.about,
             mixture.stamp_ns,
         )
 

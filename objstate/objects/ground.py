@@ -1,22 +1,27 @@
-"""Where furniture can stand: not in walls.
+"""Where furniture can stand: not in walls, nor in other furniture.
 
-A place at which walls would reach a depth d into a piece is possible with the probability 2 Phi(-d /
-sigma) that the walls, or the piece's outline, are off by so much. See docs/model.md.
+A place at which these would reach a depth d into a piece is possible with the probability 2 Phi(-d /
+sigma) that they, or the piece's outline, are off by so much. See docs/model.md.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from objstate.building.model import MovableObject
+from objstate.building.outline import outline
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later
 from objstate.objects.footprint import OBJECTS_KEPT, silhouette
 
 if TYPE_CHECKING:
+    from shapely import Geometry
+
     from objstate.objects import components
 else:
     components = Later("objstate.objects.components")
@@ -24,6 +29,7 @@ else:
 SPACING = 0.04  # m between points of walls
 TILE = 0.5  # m, side of the squares by which these points are found
 OUTLINE_STD = 0.01  # m by which parts of a piece's outline are off its model
+LAYER = 0.05  # m, between sections of a piece
 CELL = 0.02  # m, side of the cells in which depths within a piece are known
 
 
@@ -66,6 +72,69 @@ def ground_of(item: MovableObject, floor: Floor) -> components.Ground:
     drawn = np.zeros(len(counts), dtype=bool)
     components.hold(np.asarray(item.home, dtype=float), ground, drawn)
     return ground._replace(counts=~drawn)
+
+
+class Core(NamedTuple):
+    """The largest circle that a section of a piece holds."""
+
+    middle: FloatArray  # (2,) m, about the piece's origin at yaw 0
+    radius: float  # m
+
+
+@lru_cache(maxsize=OBJECTS_KEPT)
+def cores(item: MovableObject) -> Mapping[int, Core]:
+    """The cores of a piece's sections, by the number of their layers above the floor."""
+    import shapely
+
+    mesh, floor = item.upright_mesh, item.origin[2, 3]
+    heights = mesh.vertices[:, 2] + floor
+    found, before, core = dict[int, Core](), np.empty((0, 2, 2)), None
+    for layer in range(int(heights.min() / LAYER), int(heights.max() / LAYER) + 1):
+        sides = outline(mesh, (layer + 0.5) * LAYER - floor)
+        if not np.array_equal(sides, before):
+            parts = shapely.polygonize([shapely.union_all(shapely.linestrings(sides))])
+            core, before = _core(shapely.union_all(parts)), sides
+        if core is not None:
+            found[layer] = core
+    return found
+
+
+def _core(section: Geometry) -> Core | None:
+    """The core of a section; None of one without area."""
+    import shapely
+
+    if section.area == 0.0:
+        return None
+    (x, y), (to_x, to_y) = shapely.maximum_inscribed_circle(section).coords
+    return Core(np.array([x, y]), math.hypot(to_x - x, to_y - y))
+
+
+@lru_cache(maxsize=OBJECTS_KEPT)
+def collision(one: MovableObject, other: MovableObject) -> tuple[Core, Core] | None:
+    """The cores of two pieces in the layer in which they keep farthest apart; None: in none."""
+    a, b = cores(one), cores(other)
+    layers = a.keys() & b.keys()
+    widest = max(layers, key=lambda k: (a[k].radius + b[k].radius, -k), default=None)
+    return None if widest is None else (a[widest], b[widest])
+
+
+def bodies(
+    item: MovableObject, others: Iterable[tuple[MovableObject, FloatArray, float]]
+) -> FloatArray:
+    """(m, 6) what keeps a piece from the places of others, see ``components.possible``.
+
+    Others have a place (3,) and a probability of being there.
+    """
+    rows = []
+    for other, (x, y, yaw), presence in others:
+        pair = collision(item, other)
+        if pair is not None:
+            own, its = pair
+            cos, sin = math.cos(yaw), math.sin(yaw)
+            at_x = x + cos * its.middle[0] - sin * its.middle[1]
+            at_y = y + sin * its.middle[0] + cos * its.middle[1]
+            rows.append((*own.middle, at_x, at_y, own.radius + its.radius, presence))
+    return np.array(rows).reshape(-1, 6)
 
 
 NO_WALLS = Floor.of(np.empty((0, 4)))

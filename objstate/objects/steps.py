@@ -180,7 +180,7 @@ def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
     rows, columns = np.triu_indices(3)
     order = np.array(ORDER)
     covariances = mixture.covariances[there]
-    covariances[:, ORDER, ORDER] += mixture.off.static
+    covariances[:, ORDER, ORDER] += mixture.about.static
     parts = (
         mixture.weights[there, None],
         mixture.places[there],

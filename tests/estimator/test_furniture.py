@@ -179,7 +179,7 @@ def test_what_is_published_has_the_mixtures_moments() -> None:
     assert isinstance(mixture, FurnitureMixture)
     mean, covariance = moments(mixture)
     np.testing.assert_allclose(belief.mean, mean, atol=1e-4)
-    variances = np.diag(covariance) + mixture.off.static
+    variances = np.diag(covariance) + mixture.about.static
     np.testing.assert_allclose(belief.std, np.sqrt(variances), rtol=0.05)
     assert belief.weights.values.sum() == pytest.approx(1.0)
     assert belief.presence == mixture.presence
