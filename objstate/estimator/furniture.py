@@ -34,11 +34,12 @@ from objstate.particles import Weights, systematic
 from objstate.sensing import Sensing
 
 if TYPE_CHECKING:
-    from objstate.objects import components
+    from objstate.objects import components, repeats
     from objstate.objects import mixture_kernels as kernels
 else:
     components = Later("objstate.objects.components")
     kernels = Later("objstate.objects.mixture_kernels")
+    repeats = Later("objstate.objects.repeats")
 
 TRIED = 400  # states that are tried, of which some are proposed
 NEARBY = 2.0  # m beside a piece, from which on other furniture doesn't matter
@@ -181,7 +182,14 @@ class Furniture:
         if len(beams) == 0:
             return mixture, beams, 0
         noise = beam_noise(self._beam_model, vantage, scan.range_max)
-        conditioned, reached = mixture.given(exposure.beams(beams), noise, outline.shape)
+        readings = exposure.beams(beams)
+        mixture = mixture.following(scan.laser, readings, noise)
+        if belief.is_certain and outline.traced is not None:
+            ends = mixture.ends[scan.laser]
+            explained = outline.traced.holds(belief.mean[None], ends.points, ON_OBJECT)[0]
+            standing = np.where(explained, 0.0, repeats.standing(ends))
+            readings = readings._replace(others=readings.others + standing)
+        conditioned, reached = mixture.given(readings, noise, outline.shape)
         return conditioned, beams, reached
 
     def _outline(self, name: str, height: float) -> Outline:

@@ -9,8 +9,8 @@ elsewhere, components are proposed, which weigh what the mixture has there. See 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from statistics import NormalDist
 from typing import TYPE_CHECKING, NamedTuple
@@ -32,12 +32,13 @@ from objstate.objects.shape import shape_of
 from objstate.particles import Weights, evenly
 
 if TYPE_CHECKING:
-    from objstate.objects import components
+    from objstate.objects import components, repeats
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise, Shape
 else:
     kernels = Later("objstate.objects.mixture_kernels")
     components = Later("objstate.objects.components")
+    repeats = Later("objstate.objects.repeats")
 
 OF_PRIOR, NEARBY = 64, 16  # number of cells
 FOUND = 24  # most components besides cells
@@ -144,6 +145,7 @@ class FurnitureMixture:
     covariances: FloatArray  # (c, 8, 8) of errors, see ``mixture_kernels``
     motions: FloatArray  # (c, 10) of furniture that may be pushed, see ``pushing``; else (c, 0)
     about: About = NOTHING
+    ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
     stamp_ns: int | None = None
 
     @staticmethod
@@ -264,7 +266,7 @@ class FurnitureMixture:
         after = weights, places, robots, covariances, self.motions
         if piece.columns:
             after = _pushed(seconds, *after)
-        return FurnitureMixture(piece, *after, about, self.stamp_ns)
+        return FurnitureMixture(piece, *after, about, self.ends, self.stamp_ns)
 
     def density(
         self,
@@ -315,8 +317,22 @@ class FurnitureMixture:
             np.concatenate([self.covariances, covariances]),
             np.concatenate([self.motions, motions]),
             self.about,
+            self.ends,
             self.stamp_ns,
         )
+
+    def following(self, laser: str, beams: Beams, noise: Noise) -> FurnitureMixture:
+        """The same with the ends of a laser's beams, and how often their surfaces were met."""
+        ends = repeats.follow(
+            self.ends.get(laser, repeats.NO_ENDS),
+            beams.origins,
+            beams.directions,
+            beams.measured,
+            noise.variance,
+            noise.growth,
+            noise.range_max,
+        )
+        return altered(self, ends={**self.ends, laser: ends})
 
     def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[Conditioned, int]:
         """Bayes' rule for a scan, and the number of beams that reach the most probable place.
@@ -437,6 +453,7 @@ class Conditioned(NamedTuple):
             covariances[kept],
             self.motions[kept],
             mixture.about,
+            mixture.ends,
             mixture.stamp_ns,
         )
 

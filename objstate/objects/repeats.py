@@ -23,6 +23,7 @@ BENT = 0.5  # deviation of a surface between two points, as a share of their dis
 REPEATS = 0.98  # probability that the surface of the last scan is still there
 ANYWHERE = 1.0  # 1/m, density of a range to another one
 CLOSEST = 1e-9  # m
+SURELY = 0.999  # largest probability that a surface was met before
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -45,6 +46,12 @@ def shares(ends: Ends) -> FloatArray:
     out = np.empty(len(ends.times))
     share(ends.points, ends.returned, out)
     return out
+
+
+def standing(ends: Ends) -> FloatArray:
+    """(n,) 1/m, densities of the readings by what was met there before and still stands."""
+    same = np.minimum(ends.times - 1.0, SURELY)
+    return np.asarray((1.0 - REPEATS) * ANYWHERE * same / (1.0 - same))
 
 
 def follow(
