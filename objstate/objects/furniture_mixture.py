@@ -292,12 +292,9 @@ class FurnitureMixture:
         """The mixture with components at places (p, 3), which weigh what it has there.
 
         That is the density of its wider components times the volume of the new one, shared by those
-        that overlap. So a proposal is no evidence.
+        that overlap. So a proposal is no evidence. Where it has next to nothing, none is added.
         """
-        if len(proposed) == 0:
-            return self
-        std, count = PROPOSED_STD, len(proposed)
-        covariances = _of_place(np.diag(std**2), count)
+        std, covariances = PROPOSED_STD, _of_place(np.diag(PROPOSED_STD**2), len(proposed))
         covariances[:, :3, :3] = robot
         untruncated = self.weights / self._possible(self.places, self.covariances)
         density = altered(self, weights=untruncated).density(proposed)
@@ -306,19 +303,18 @@ class FurnitureMixture:
         off[..., 2] = wrap(off[..., 2])
         crowd = np.exp(-0.5 * ((off / std) ** 2).sum(axis=2)).sum(axis=1)
         weights = density * (math.sqrt(2.0 * math.pi) ** 3 * std.prod()) / crowd
+        able = weights > NEVER
+        proposed = proposed[able]
         motions = pushing.shared(
             self.motions, self.weights, self.places, self.covariances, proposed, std
         )
-        return FurnitureMixture(
-            self.piece,
-            np.concatenate([self.weights, weights]),
-            np.concatenate([self.places, proposed]),
-            np.concatenate([self.robots, np.zeros((count, 3))]),
-            np.concatenate([self.covariances, covariances]),
-            np.concatenate([self.motions, motions]),
-            self.about,
-            self.ends,
-            self.stamp_ns,
+        return altered(
+            self,
+            weights=np.concatenate([self.weights, weights[able]]),
+            places=np.concatenate([self.places, proposed]),
+            robots=np.concatenate([self.robots, np.zeros((len(proposed), 3))]),
+            covariances=np.concatenate([self.covariances, covariances[able]]),
+            motions=np.concatenate([self.motions, motions]),
         )
 
     def following(self, laser: str, beams: Beams, noise: Noise) -> FurnitureMixture:
