@@ -308,13 +308,23 @@ def row(name: str, outcomes: Sequence[Outcome]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+def _scenarios(text: str) -> list[str]:
+    for name in text.split(","):
+        if name not in SCENARIOS:
+            known = ", ".join(SCENARIOS)
+            raise argparse.ArgumentTypeError(f"no scenario '{name}'; choose of {known}")
+    return text.split(",")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.independent.furniture",
         description="Where furniture is found, on drives of an independent simulator.",
     )
-    parser.add_argument("--scenarios", default=",".join(SCENARIOS), help="names, default: all")
+    parser.add_argument(
+        "--scenarios", type=_scenarios, default=list(SCENARIOS), help="names, default: all"
+    )
     parser.add_argument("--seeds", type=seeds_of, default="1:5", help="1:5 is 1 to 4")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--cache", type=Path, default=Path("out/independent"))
@@ -323,7 +333,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     tasks = [
         (name, seed, chosen.cache, chosen.keep)
-        for name in chosen.scenarios.split(",")
+        for name in chosen.scenarios
         for seed in chosen.seeds
     ]
     spawn = multiprocessing.get_context("spawn")

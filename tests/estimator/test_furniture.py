@@ -224,6 +224,15 @@ def test_a_table_that_is_nowhere_is_gone_and_not_somewhere_else(prior: str) -> N
     assert not belief.is_certain
 
 
+@pytest.mark.parametrize("nearer", [0.02, 0.03])
+def test_a_wall_that_stands_nearer_is_no_chest_behind_it(nearer: float) -> None:
+    item = table("chest", 2.7, 0.0, np.pi / 2, size=(1.0, 0.4))
+    watch = Watch(item, rule(0.2, dynamics=STILL), 0)
+    poses = np.array(LOOKS).repeat(6, axis=0)
+    belief = watch.look(None, poses, building(enclosure(6.0 - 2.0 * nearer, 6.0)))
+    assert belief.presence < 0.1
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_errors_are_as_large_as_deviations_say(seed: int) -> None:
     rng, off = np.random.default_rng(seed), []
@@ -246,3 +255,17 @@ def test_a_table_that_was_moved_while_nobody_looked_is_found_again(aside: float)
     belief = watch.look(there, poses, None)
     assert np.hypot(*(belief.mean - there)[:2]) < 0.03
     assert belief.presence > 0.99
+
+
+def test_a_table_that_is_hidden_for_a_while_is_not_the_box_beside_it() -> None:
+    item = table("table", 0.0, 0.0, size=(0.6, 0.5))
+    watch, here = Watch(item, rule(0.2), 0), np.array([0.0, 0.0, 0.05])
+    box = block(0.75, -0.1, 0.5, 0.45)
+    poses = np.array([[-1.5, -2.0, 0.9], [-1.4, -2.0, 0.9], [-1.3, -2.0, 0.9]]).repeat(8, axis=0)
+    known = watch.look(here, poses, building(Mesh.joined([enclosure(6.0, 6.0), box]), item))
+    assert np.hypot(*(known.mean - here)[:2]) < 0.02
+    screen = block(-1.3, -1.1, 1.66, 0.1)
+    reality = building(Mesh.joined([enclosure(6.0, 6.0), box, screen]), item)
+    belief = watch.look(here, poses[-8:].repeat(3, axis=0), reality)
+    assert np.hypot(*(belief.mean - here)[:2]) < 0.02
+    assert belief.presence > 0.9

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from objstate.config import BeamModelSettings, BuildingErrorSettings
 from objstate.geometry import FloatArray, compose, wrap
-from objstate.localization import PoseBelief, PoseFilter
+from objstate.localization import PoseBelief, PoseFilter, WallErrors
 from objstate.localization.motion import Variances
 from objstate.localization.pose_update import agreement
 from objstate.particles import Weights
@@ -52,6 +52,32 @@ def test_a_step_carries_the_covariance_as_it_carries_samples(
     ends[:, 2] = start[2] + step[2] + wrap(ends[:, 2] - start[2] - step[2])
     off = ends - ends.mean(axis=0)
     np.testing.assert_allclose(robot.covariance, off.T @ off / 6.0, rtol=1e-2, atol=1e-12)
+
+
+@given(
+    st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05)).map(np.array),
+    st.floats(-0.05, 0.05),
+    st.floats(0.0, 6.2),
+)
+def test_walls_are_expected_where_they_are_believed_to_stand(
+    shift: FloatArray, offset: float, bearing: float
+) -> None:
+    half = 4.0
+    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    sides = np.column_stack([corners, np.roll(corners, -1, axis=0)])
+    surfaces = Surfaces(sides)
+    count = len(surfaces.pieces)
+    off = WallErrors.unknown(count, 0.01)._replace(shift=shift, offsets=np.full(count, offset))
+    directions = np.array([[np.cos(bearing), np.sin(bearing)]])
+    ranges, variances, numbers = off.meet(surfaces, np.zeros((1, 2)), directions, 20.0)
+    moved = surfaces.pieces + np.tile(offset * surfaces.normals - shift, 2)
+    exact, met = Surfaces(moved).meet(np.zeros((1, 2)), directions, 20.0)
+    if met == numbers:  # else at a corner
+        cosine = surfaces.cosines(numbers, directions)
+        if abs(cosine) > 0.2:
+            np.testing.assert_allclose(ranges, exact, atol=1e-9)
+        across = 0.01**2 * (1.0 + 0.5**2)  # of its own, and of the shift, along the normal
+        np.testing.assert_allclose(variances, across / cosine**2)
 
 
 NO_NUMBERS = np.empty(0, dtype=np.int64)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from objstate.objects.repeats import NO_ENDS, Ends, follow, shares
+from objstate.objects.repeats import NO_ENDS, Ends, follow, shares, standing
 
 
 def fresh(ends: Ends) -> np.ndarray:
@@ -114,3 +114,11 @@ def test_no_beam_counts_more_than_once_and_none_for_nothing(ranges: list[list[fl
     assert ((ends.times >= 1.0) & (ends.times <= len(ranges))).all()
     counted = fresh(ends)
     assert ((counted >= 0.0) & (counted <= 1.0)).all()
+
+
+def test_what_stood_there_before_is_expected_to_stand_there() -> None:
+    assert standing(scans(wall(2.0))) == pytest.approx(0.0)
+    assert standing(scans(wall(2.0), wall(2.5))) == pytest.approx(0.0, abs=1e-3)
+    again = standing(scans(wall(2.0), wall(2.0)))
+    assert (again[1:-1] > 1.0).all()  # 1/m, more than a reading of anything unexpected
+    assert np.isfinite(again).all()
