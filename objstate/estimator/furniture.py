@@ -15,7 +15,7 @@ from objstate.estimator.believed import Believed
 from objstate.estimator.doors import beam_noise
 from objstate.estimator.exposure import Exposure, Exposures, Seen
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.lazy import Later
+from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.exclusion import alike, compete, exclusive
@@ -43,6 +43,7 @@ else:
 
 TRIED = 400  # states that are tried, of which some are proposed
 NEARBY = 2.0  # m beside a piece, from which on other furniture doesn't matter
+AROUND = 1.5  # m beside a piece within which it is remembered what stands there
 FEWEST_ENDS = 3  # least number of ends of beams that may show an object
 ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
 
@@ -178,19 +179,42 @@ class Furniture:
             proposed = _through(stopped, outline.traced, mixture, rng)
             mixture = mixture.proposing(proposed, vantage.covariance)
         until = np.minimum(exposure.background, scan.range_max)
-        beams = np.flatnonzero(_meeting(mixture, vantage, until) & scan.valid)
+        beams = np.flatnonzero(_entering(mixture.circles(), vantage, until) & scan.valid)
         if len(beams) == 0:
             return mixture, beams, 0
         noise = beam_noise(self._beam_model, vantage, scan.range_max)
         readings = exposure.beams(beams)
-        mixture = mixture.following(scan.laser, readings, noise)
         if belief.is_certain and outline.traced is not None:
-            ends = mixture.ends[scan.laser]
-            explained = outline.traced.holds(belief.mean[None], ends.points, ON_OBJECT)[0]
-            standing = np.where(explained, 0.0, repeats.standing(ends))
-            readings = readings._replace(others=readings.others + standing)
+            mixture, standing = self._standing(belief, mixture, exposure, noise, outline.traced)
+            readings = readings._replace(others=readings.others + standing[beams])
+        else:
+            mixture = altered(mixture, ends={})
         conditioned, reached = mixture.given(readings, noise, outline.shape)
         return conditioned, beams, reached
+
+    def _standing(
+        self,
+        belief: ObjectBelief,
+        mixture: FurnitureMixture,
+        exposure: Exposure,
+        noise: kernels.Noise,
+        outline: TracedOutline,
+    ) -> tuple[FurnitureMixture, FloatArray]:
+        """The mixture that remembers what a scan shows about a piece that is known to stand there.
+
+        With it (n,) 1/m, densities of the ranges of all beams by what stood beside it before.
+        """
+        scan, vantage = exposure.scan, exposure.vantage
+        x, y, _ = belief.mean
+        around = np.array([[x, y, self._pieces[exposure.name].reach + AROUND]])
+        near = np.flatnonzero(_entering(around, vantage, np.full(len(scan), np.inf)) & scan.valid)
+        out = np.zeros(len(scan))
+        if len(near):
+            mixture = mixture.following(scan.laser, exposure.beams(near), noise)
+            ends = mixture.ends[scan.laser]
+            explained = outline.holds(belief.mean[None], ends.points, ON_OBJECT)[0]
+            out[near] = np.where(explained, 0.0, repeats.standing(ends))
+        return mixture, out
 
     def _outline(self, name: str, height: float) -> Outline:
         key = name, height
@@ -211,10 +235,10 @@ class Outline(NamedTuple):
     traced: TracedOutline | None
 
 
-def _meeting(mixture: FurnitureMixture, vantage: Vantage, until: FloatArray) -> BoolArray:
-    """Which beams (n,) enter the circle of some component before ranges (n,) m."""
+def _entering(circles: FloatArray, vantage: Vantage, until: FloatArray) -> BoolArray:
+    """Which beams (n,) enter one of circles (c, 3) before ranges (n,) m."""
     out = np.empty(len(until), dtype=bool)
-    components.meeting(mixture.circles(), vantage.origins, vantage.directions, until, out)
+    components.meeting(circles, vantage.origins, vantage.directions, until, out)
     return out
 
 

@@ -16,7 +16,7 @@ from objstate.objects.sampling import alike
 SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
 YAW, EAST, NORTH = 3, 4, 5  # indices of the errors
 NARROW = 0.01  # m, deviation up to which a place counts as one
-LEAST_POSSIBLE = 1e-9  # probability that is left of an impossible place
+LEAST_POSSIBLE = 1e-30  # probability that is left of an impossible place
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})

@@ -50,6 +50,7 @@ PROPOSED = 16  # most components proposed by a scan
 # m, m, rad; small enough for linear ranges
 PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])
 HEIGHT_STEP = 0.01  # m; outlines at closer heights are the same
+HARDLY = 1e-6  # probability below which a place isn't possible
 LEAST = 1e-9  # weight below which a component that isn't a cell is dropped
 TELLING = 1e-4  # weight from which a component is published
 PUBLISHED, FEWEST = 400, 6  # samples that are published, and the least number of a component
@@ -296,8 +297,9 @@ class FurnitureMixture:
         """
         std, covariances = PROPOSED_STD, _of_place(np.diag(PROPOSED_STD**2), len(proposed))
         covariances[:, :3, :3] = robot
-        untruncated = self.weights / self._possible(self.places, self.covariances)
-        density = altered(self, weights=untruncated).density(proposed)
+        possible = self._possible(self.places, self.covariances)
+        whole = np.where(possible > HARDLY, self.weights / possible, 0.0)
+        density = altered(self, weights=whole).density(proposed)
         density *= self._possible(proposed, covariances)
         off = proposed[:, None] - proposed
         off[..., 2] = wrap(off[..., 2])
