@@ -210,8 +210,8 @@ class Furniture:
         near = np.flatnonzero(_entering(around, vantage, np.full(len(scan), np.inf)) & scan.valid)
         out = np.zeros(len(scan))
         if len(near):
-            mixture = mixture.following(scan.laser, exposure.beams(near), noise)
-            ends = mixture.ends[scan.laser]
+            seen = repeats.followed(mixture.ends, scan.laser, exposure.beams(near), noise)
+            mixture, ends = altered(mixture, ends=seen), seen[scan.laser]
             explained = outline.holds(belief.mean[None], ends.points, ON_OBJECT)[0]
             out[near] = np.where(explained, 0.0, repeats.standing(ends))
         return mixture, out

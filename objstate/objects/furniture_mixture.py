@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
     components = Later("objstate.objects.components")
-    repeats = Later("objstate.objects.repeats")
 
 OF_PRIOR, NEARBY = 64, 16  # number of cells
 FOUND = 24  # most components besides cells
@@ -318,19 +317,6 @@ class FurnitureMixture:
             covariances=np.concatenate([self.covariances, covariances[able]]),
             motions=np.concatenate([self.motions, motions]),
         )
-
-    def following(self, laser: str, beams: Beams, noise: Noise) -> FurnitureMixture:
-        """The same with the ends of a laser's beams, and how often their surfaces were met."""
-        ends = repeats.follow(
-            self.ends.get(laser, repeats.NO_ENDS),
-            beams.origins,
-            beams.directions,
-            beams.measured,
-            noise.variance,
-            noise.growth,
-            noise.range_max,
-        )
-        return altered(self, ends={**self.ends, laser: ends})
 
     def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[Conditioned, int]:
         """Bayes' rule for a scan, and the number of beams that reach the most probable place.

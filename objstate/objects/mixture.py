@@ -447,15 +447,7 @@ class DoorMixture:
         """
         door, cells, atoms = self.door, self.door.cells, self.door.atoms
         count, errors = len(door.middles), kernels.ERRORS
-        ends = repeats.follow(
-            self.ends.get(laser, repeats.NO_ENDS),
-            beams.origins,
-            beams.directions,
-            beams.measured,
-            noise.variance,
-            noise.growth,
-            noise.range_max,
-        )
+        ends = repeats.followed(self.ends, laser, beams, noise)
         weights, log_evidence = np.empty(2 * count), np.empty(2 * count)
         arrived, kinds = np.empty(2 * count, dtype=bool), np.empty((2 * count, len(kernels.KINDS)))
         means, covariances = np.empty((2 * count, errors)), np.empty((2 * count, errors, errors))
@@ -483,8 +475,8 @@ class DoorMixture:
             beams,
             shape,
             noise,
-            repeats.shares(ends),
-            ends.times,
+            repeats.shares(ends[laser]),
+            ends[laser].times,
             arrived,
             door.twins,
             weights,
@@ -530,7 +522,7 @@ class DoorMixture:
             means=means,
             covariances=covariances,
             kinds=kinds,
-            ends={**self.ends, laser: ends},
+            ends=ends,
             arrived=door.nowhere,
             stamp_ns=stamp_ns,
         )

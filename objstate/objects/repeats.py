@@ -9,13 +9,17 @@ n scans before has the weight 1 / (1 + n) in the evidence for an object's states
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 from objstate.linear import ROOT_TAU
+
+if TYPE_CHECKING:
+    from objstate.objects.mixture_kernels import Beams, Noise
 
 LENGTH = 0.05  # m along a surface, from which on its deviations are independent
 SHIFT = 0.01  # m; deviation of ranges to the same surface from pose to pose
@@ -52,6 +56,15 @@ def standing(ends: Ends) -> FloatArray:
     """(n,) 1/m, densities of the readings by what was met there before and still stands."""
     same = np.minimum(ends.times - 1.0, SURELY)
     return np.asarray((1.0 - REPEATS) * ANYWHERE * same / (1.0 - same))
+
+
+def followed(
+    before: Mapping[str, Ends], laser: str, beams: Beams, noise: Noise
+) -> Mapping[str, Ends]:
+    """The ends of each laser's last scan, with a new one of a laser."""
+    readings = beams.origins, beams.directions, beams.measured
+    grows = noise.variance, noise.growth, noise.range_max
+    return {**before, laser: follow(before.get(laser, NO_ENDS), *readings, *grows)}
 
 
 def follow(
