@@ -30,7 +30,7 @@ SPACING = 0.04  # m between points of walls
 TILE = 0.5  # m, side of the squares by which these points are found
 OUTLINE_STD = 0.01  # m by which parts of a piece's outline are off its model
 LAYER = 0.05  # m, between sections of a piece
-CELL = 0.02  # m, side of the cells in which depths within a piece are known
+CELL = 0.01  # m, side of the cells in which depths within a piece are known
 
 
 class Floor(NamedTuple):
