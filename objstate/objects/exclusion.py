@@ -161,7 +161,7 @@ class Candidate(NamedTuple):
         there = (_distances(at, before.places) < near / 2.0) & _narrow(before.covariances, near)
         anywhere = np.asarray(~there.any(axis=0))
         prior = np.append(there @ before.weights, before.weights @ anywhere)
-        after = (_distances(at, piece.places) < near / 2.0) & _narrow(piece.covariances, near)
+        after = _distances(at, piece.places) < near / 2.0  # wide ones, too: they explain it as well
         return Candidate(
             piece,
             np.log(np.maximum(prior / prior.sum(), NEVER)),

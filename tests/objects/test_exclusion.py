@@ -117,3 +117,15 @@ def test_two_squares_overlap_nearer_than_their_side() -> None:
     first = mixture([0.9], [HERE])
     assert not compete(first, mixture([0.9], [(float(beside[0]), float(beside[1]))]))
     assert compete(first, mixture([0.9], [(0.0, 0.2)]))
+
+
+def test_a_component_that_is_too_wide_to_be_at_a_place_does_not_explain_it_beside_another() -> None:
+    """One of two stands where it stood; the other one's place is empty."""
+    one, other = mixture([0.99, 0.005], [HERE, HERE]), mixture([0.002, 0.948], [HERE, THERE])
+    one.covariances[-1, ORDER[:2], ORDER[:2]] = 0.1**2
+    pieces = [seen(each, [HERE], 15.0) for each in (one, other)]
+    pieces[1].log_weights[-1] -= 60.0
+    after = exclusive(pieces)
+    assert at(after[0], HERE) > 0.9
+    assert at(after[1], HERE) < 0.1
+    assert after[1].presence < 0.1
