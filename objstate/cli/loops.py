@@ -67,7 +67,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (likelihood.object_log_likelihood, projection.cast),
     (habits.forward, habits.sampled),
     (components.arrive, components.densities, components.merge, components.meeting),
-    (components.hold, components.possible),
+    (components.possible,),
     (lattice.predict, lattice.condition, lattice.worth_casting),
     (furniture.moments, furniture.offsets, furniture.lie_on, robot.moved),
     (

@@ -42,7 +42,7 @@ else:
     repeats = Later("objstate.objects.repeats")
 
 TRIED = 400  # states that are tried, of which some are proposed
-NEARBY = 2.0  # m beside a piece, from which on other furniture doesn't matter
+APART = 2.0  # m beside a piece, from which on other furniture doesn't matter
 AROUND = 1.5  # m beside a piece within which it is remembered what stands there
 FEWEST_ENDS = 3  # least number of ends of beams that may show an object
 ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
@@ -84,7 +84,7 @@ class Furniture:
         seen, conditioned = dict[str, Seen](), dict[str, Conditioned]()
         for name, before in mixtures.items():
             belief, exposure = beliefs[name], exposures.of(name, unless=rivals[name])
-            about = self._about(name, beliefs, rivals[name], exposure)
+            about = self._about(beliefs, rivals[name], exposure)
             after, beams, reached = self._given(
                 belief, before, about, exposure, believed.rngs[name]
             )
@@ -120,32 +120,26 @@ class Furniture:
         return {name: mixtures[name] for name in rivals}, rivals
 
     def _about(
-        self,
-        name: str,
-        beliefs: Mapping[str, ObjectBelief],
-        rivals: Collection[str],
-        exposure: Exposure,
+        self, beliefs: Mapping[str, ObjectBelief], rivals: Collection[str], exposure: Exposure
     ) -> About:
         """What is about a piece: walls that are off as it is seen among them, and other furniture.
 
         Not that which looks alike, and competes with it for a place.
         """
-        walls, belief = exposure.errors, beliefs[name]
-        static = self._outline(name, exposure.sight.height).static
+        name, walls = exposure.name, exposure.errors
+        belief, static = beliefs[name], self._outline(name, exposure.sight.height).static
         places = np.stack([belief.item.home, belief.mean])[:, :2]
         others = [
             (other.item, other.mean, other.presence)
             for each, other in beliefs.items()
-            if each in self._pieces and each not in (name, *rivals) and other.is_certain
-        ]
-        near = [
-            other
-            for other in others
-            if np.hypot(*(places - other[1][:2]).T).min() < self._pieces[name].reach + NEARBY
+            if each in self._pieces
+            and each not in (name, *rivals)
+            and other.is_certain
+            and np.hypot(*(places - other.mean[:2]).T).min() < self._pieces[name].reach + APART
         ]
         of_shift = np.array([1.0, 1.0, 0.0]) * walls.shift_std**2
         std = math.hypot(walls.std, OUTLINE_STD)
-        return About(static + of_shift, std, bodies(belief.item, near))
+        return About(static + of_shift, std, bodies(belief.item, others))
 
     def _mixture(self, belief: ObjectBelief) -> FurnitureMixture:
         """The mixture of a belief, as of its last scan."""

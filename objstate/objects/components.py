@@ -223,11 +223,8 @@ def meeting(
 
 
 @_inner
-def _deepest(x: float, y: float, yaw: float, ground: Ground, held: BoolArray) -> Any:
-    """m by which points of walls reach into a piece at a place; those that do are set in ``held``.
-
-    An empty ``held`` isn't set. Points that don't count are left out.
-    """
+def _deepest(x: float, y: float, yaw: float, ground: Ground) -> Any:
+    """m by which points of walls reach into a piece at a place; those that don't count don't."""
     cos, sin, deepest = math.cos(yaw), math.sin(yaw), 0.0
     rows, columns = ground.first.shape[0], ground.first.shape[1] - 1
     low = max(math.floor((x - ground.reach - ground.corner[0]) / ground.tile), 0)
@@ -247,16 +244,7 @@ def _deepest(x: float, y: float, yaw: float, ground: Ground, held: BoolArray) ->
             j = math.floor(own_x / ground.cell + 0.5)
             if 0 <= i < ground.depths.shape[0] and 0 <= j < ground.depths.shape[1]:
                 deepest = max(deepest, ground.depths[i, j])
-                if len(held) > 0 and ground.depths[i, j] > 0.0:
-                    held[k] = True
     return deepest
-
-
-@called_with("f1 ground b1")
-@_compile
-def hold(place: FloatArray, ground: Ground, held: BoolArray) -> None:
-    """Set those of the points ``held`` (n,) of walls that lie within a piece at a place (3,)."""
-    _deepest(place[0], place[1], place[2], ground, held)
 
 
 @_inner
@@ -290,7 +278,6 @@ def possible(
     the ``bodies`` (m, 6), a point x, y of the piece, about its origin at yaw 0, is farther than a
     distance m from a place x, y, if it is there with a probability.
     """
-    none = np.empty(0, dtype=np.bool_)
     for c in range(places.shape[0]):
         xx, xy, yy = (
             covariances[c, EAST, EAST],
@@ -313,7 +300,7 @@ def possible(
                 weight *= 1.5 if short < NARROW else 1.0
                 x = places[c, 0] + a * long * axis_x - b * short * axis_y
                 y = places[c, 1] + a * long * axis_y + b * short * axis_x
-                deep = _deepest(x, y, places[c, 2], ground, none)
+                deep = _deepest(x, y, places[c, 2], ground)
                 alone = _alone(x, y, places[c, 2], bodies, std)
                 total += weight * alone * math.erfc(deep / (ROOT_2 * std))
         out[c] = max(total, LEAST_POSSIBLE)

@@ -100,7 +100,7 @@ class Piece:
     @lazy
     def ground(self) -> components.Ground:
         """Where it can stand."""
-        return ground_of(self.item, self.floor())
+        return ground_of(self.item, self.floor(), self.reach)
 
     def possible(self, places: FloatArray, covariances: FloatArray, about: About) -> FloatArray:
         """(c,) probability that it can stand in components at places (c, 3).
@@ -184,7 +184,7 @@ class FurnitureMixture:
         count = 1 + OF_PRIOR + NEARBY
         covariances = np.concatenate(
             [
-                _of_place(each, number)
+                of_place(each, number)
                 for each, number in (
                     (np.zeros((3, 3)), 1),
                     (of_cell, OF_PRIOR),
@@ -251,7 +251,7 @@ class FurnitureMixture:
         robots, first = np.ascontiguousarray(means[:, :3]), 1
         for cells, covariance in (piece.cells, piece.nearby(self.best)):
             part = slice(first, first + len(cells))
-            shares = piece.possible(cells, _of_place(covariance, len(cells)), about)
+            shares = piece.possible(cells, of_place(covariance, len(cells)), about)
             components.arrive(
                 0.5 * moved * there * shares / shares.sum(),
                 cells,
@@ -294,7 +294,9 @@ class FurnitureMixture:
         That is the density of its wider components times the volume of the new one, shared by those
         that overlap. So a proposal is no evidence. Where it has next to nothing, none is added.
         """
-        std, covariances = PROPOSED_STD, _of_place(np.diag(PROPOSED_STD**2), len(proposed))
+        if len(proposed) == 0:
+            return self
+        std, covariances = PROPOSED_STD, of_place(np.diag(PROPOSED_STD**2), len(proposed))
         covariances[:, :3, :3] = robot
         possible = self._possible(self.places, self.covariances)
         whole = np.where(possible > HARDLY, self.weights / possible, 0.0)
@@ -459,8 +461,8 @@ def _pushed(
     return np.concatenate([left, parts]), places, robots, covariances, motions
 
 
-def _of_place(covariance: FloatArray, count: int) -> FloatArray:
-    """(count, 8, 8) covariances of errors, of which those of x, y, yaw have one (3, 3)."""
+def of_place(covariance: FloatArray, count: int) -> FloatArray:
+    """(count, 8, 8) covariances of errors, those of x, y, yaw being (3, 3) or (count, 3, 3)."""
     out = np.zeros((count, kernels.ERRORS, kernels.ERRORS))
     out[np.ix_(range(count), ORDER, ORDER)] = covariance
     return out

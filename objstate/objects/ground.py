@@ -15,7 +15,7 @@ import numpy as np
 
 from objstate.building.model import MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray, compose
 from objstate.lazy import Later
 from objstate.objects.footprint import OBJECTS_KEPT, silhouette
 
@@ -64,14 +64,16 @@ def half_height(item: MovableObject) -> float:
     return float(item.origin[2, 3] + 0.5 * (heights.min() + heights.max()))
 
 
-def ground_of(item: MovableObject, floor: Floor) -> components.Ground:
-    """Where a piece can stand. Walls that lie within it at its modelled place don't count."""
-    depths, middle, reach = _depths(item)
-    counts = np.ones(len(floor.points), dtype=bool)
-    ground = components.Ground(*floor, counts, depths, middle, TILE, CELL, reach)
-    drawn = np.zeros(len(counts), dtype=bool)
-    components.hold(np.asarray(item.home, dtype=float), ground, drawn)
-    return ground._replace(counts=~drawn)
+def ground_of(item: MovableObject, floor: Floor, reach: float) -> components.Ground:
+    """Where a piece of some ``reach`` m from its origin can stand.
+
+    Walls that lie within it at its modelled place don't count.
+    """
+    import shapely
+
+    depths, middle = _depths(item)
+    counts = ~shapely.contains(silhouette(item), shapely.points(floor.points))
+    return components.Ground(*floor, counts, depths, middle, TILE, CELL, reach)
 
 
 class Core(NamedTuple):
@@ -126,14 +128,12 @@ def bodies(
     Others have a place (3,) and a probability of being there.
     """
     rows = []
-    for other, (x, y, yaw), presence in others:
+    for other, place, presence in others:
         pair = collision(item, other)
         if pair is not None:
             own, its = pair
-            cos, sin = math.cos(yaw), math.sin(yaw)
-            at_x = x + cos * its.middle[0] - sin * its.middle[1]
-            at_y = y + sin * its.middle[0] + cos * its.middle[1]
-            rows.append((*own.middle, at_x, at_y, own.radius + its.radius, presence))
+            x, y, _ = compose(place, np.append(its.middle, 0.0))
+            rows.append((*own.middle, x, y, own.radius + its.radius, presence))
     return np.array(rows).reshape(-1, 6)
 
 
@@ -141,8 +141,8 @@ NO_WALLS = Floor.of(np.empty((0, 4)))
 
 
 @lru_cache(maxsize=OBJECTS_KEPT)
-def _depths(item: MovableObject) -> tuple[FloatArray, FloatArray, float]:
-    """m by which points on a grid lie within a piece, the first one (2,), and the piece's reach."""
+def _depths(item: MovableObject) -> tuple[FloatArray, FloatArray]:
+    """m by which points on a grid lie within a piece, and the first one (2,)."""
     import shapely
 
     x, y, yaw = item.home
@@ -154,5 +154,4 @@ def _depths(item: MovableObject) -> tuple[FloatArray, FloatArray, float]:
     points = shapely.points(*np.meshgrid(across, up))
     inside = shapely.contains(shape, points)
     depths = np.where(inside, shapely.distance(points, shape.boundary), 0.0)
-    corners = shapely.get_coordinates(shape)
-    return depths, np.array([low_x, low_y]), float(np.hypot(*corners.T).max(initial=0.0))
+    return depths, np.array([low_x, low_y])

@@ -15,10 +15,10 @@ from objstate.objects.furniture_mixture import (
     ABSENT,
     ANY_STD,
     FAR,
-    ORDER,
     PROPOSED_STD,
     FurnitureMixture,
     Piece,
+    of_place,
 )
 from objstate.objects.mixture import NEVER
 from objstate.objects.steps import FurnitureStep
@@ -27,10 +27,8 @@ from objstate.smoothing.doors import moments_of
 
 if TYPE_CHECKING:
     from objstate.objects import components
-    from objstate.objects import mixture_kernels as kernels
 else:
     components = Later("objstate.objects.components")
-    kernels = Later("objstate.objects.mixture_kernels")
 
 MOST = 24  # largest number of components of a smoothed mixture
 NUMBERS = 1024  # largest number of components of one moment
@@ -135,10 +133,8 @@ def _densities(
 ) -> FloatArray:
     """(c - 1,) densities of a mixture, blurred by ``SAME``, at the places of its presence."""
     out, symmetry = np.zeros((len(at.weights) - 1, 1)), piece.item.symmetry
-    spread = np.ix_(range(len(weights)), ORDER, ORDER)
-    wide = np.zeros((len(weights), kernels.ERRORS, kernels.ERRORS))
     for j in range(len(out)):
-        wide[spread] = covariances + at.covariances[1 + j] + SAME
+        wide = of_place(covariances + at.covariances[1 + j] + SAME, len(weights))
         place = at.places[1 + j : 2 + j]
         components.densities(
             place, weights, places, wide, ANY_STD, symmetry.order, symmetry.centre, out[j]
@@ -167,14 +163,12 @@ def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBel
     if mixture.weights[1:].sum() <= NEVER:
         return altered(belief, presence=0.0)
     count = len(mixture.weights)
-    covariances = np.zeros((count, kernels.ERRORS, kernels.ERRORS))
-    covariances[np.ix_(range(count), ORDER, ORDER)] = mixture.covariances
     whole = FurnitureMixture(
         piece,
         mixture.weights,
         mixture.places,
         np.zeros((count, 3)),
-        covariances,
+        of_place(mixture.covariances, count),
         np.zeros((count, piece.columns)),
     )
     return whole.sampled(belief)
