@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.floors import Floor, entered, furnished, make_drives, make_floor, with_sliding
-from benchmarks.independent.__main__ import seeds_of
+from benchmarks.independent.options import seeds_of
 from objstate.building.door_table import Door
 from objstate.discovery import learn_doors
 from objstate.discovery.candidates import Candidate

@@ -20,8 +20,8 @@ import polars as pl
 
 from benchmarks.finding import NORMAL_90, add_kinds, closed, floor_of
 from benchmarks.floors import Floor, make_drives
-from benchmarks.independent.__main__ import seeds_of
 from benchmarks.independent.metrics import SECOND, SURE, WRONG
+from benchmarks.independent.options import seeds_of
 from objstate import RunOptions, estimate_log, load_building
 from objstate.building.door_table import Door
 from objstate.building.model import Building, Kind

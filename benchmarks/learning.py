@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.independent.__main__ import seeds_of
 from benchmarks.independent.metrics import Value
+from benchmarks.independent.options import seeds_of
 from benchmarks.independent.results import Measured, measure
 from benchmarks.independent.simulator import simulated
 from benchmarks.independent.table import table

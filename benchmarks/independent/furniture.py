@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
-import os
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -18,7 +13,6 @@ import numpy as np
 import polars as pl
 
 from benchmarks.independent import log
-from benchmarks.independent.__main__ import seeds_of
 from benchmarks.independent.drive import OdometryErrors, odometry
 from benchmarks.independent.lasers import rig, scans
 from benchmarks.independent.model import ModelErrors, moved_wall
@@ -31,9 +25,11 @@ from benchmarks.independent.office import (
     office_drive,
     urdf,
 )
+from benchmarks.independent.options import add_options, tasks_of
+from benchmarks.independent.runner import Task, estimated, measure_all
 from benchmarks.independent.scenarios import DEGREE, usual
 from benchmarks.independent.shapes import Floats
-from objstate import RunOptions, estimate_log
+from benchmarks.independent.simulator import made_once
 
 GENERATOR = 1  # raise it whenever the same seed gives other files
 SETTLED = 1.0  # s that a thing stands before its place counts
@@ -105,13 +101,7 @@ class Outcome:
 def simulated(scenario: str, seed: int, cache: Path) -> Path:
     """The folder of a drive, made if the cache doesn't hold it."""
     folder = cache / f"furniture-v{GENERATOR}" / scenario / str(seed)
-    if not folder.exists():
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{seed}-"))
-        _simulate(SCENARIOS[scenario], seed, temporary)
-        os.chmod(temporary, 0o755)
-        temporary.rename(folder)
-    return folder
+    return made_once(folder, lambda into: _simulate(SCENARIOS[scenario], seed, into))
 
 
 def _simulate(plan: Plan, seed: int, folder: Path) -> None:
@@ -251,25 +241,16 @@ def _times(rows: _Rows, counted: np.ndarray, stay: Stay, order: int, views: Floa
     return np.array([holding[wrong].sum(), holding[denied].sum(), holding.sum()])
 
 
-def run(task: tuple[str, int, Path, Path | None]) -> list[Outcome]:
+def run(task: Task) -> list[Outcome]:
     """Simulate a drive unless the cache holds it, estimate it, and measure the result."""
-    scenario, seed, cache, keep = task
-    drive = simulated(scenario, seed, cache)
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "out"
-        estimate_log([drive / "log.mcap"], drive / "building.urdf", out, RunOptions())
-        outcomes = [
-            measured(name, seed, drive, out / table)
-            for name, table in (
-                (scenario, "estimates.parquet"),
-                (f"{scenario}, smoothed", "smoothed.parquet"),
-            )
-        ]
-        if keep is not None:
-            kept = keep / scenario / str(seed)
-            shutil.rmtree(kept, ignore_errors=True)
-            shutil.copytree(out, kept)
-    return outcomes
+    scenario, seed = task.scenario, task.seed
+    drive = simulated(scenario, seed, task.cache)
+    tables = (scenario, "estimates.parquet"), (f"{scenario}, smoothed", "smoothed.parquet")
+    return estimated(
+        task,
+        drive,
+        lambda out, _: [measured(name, seed, drive, out / table) for name, table in tables],
+    )
 
 
 COLUMNS = (
@@ -308,47 +289,24 @@ def row(name: str, outcomes: Sequence[Outcome]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def _scenarios(text: str) -> list[str]:
-    for name in text.split(","):
-        if name not in SCENARIOS:
-            known = ", ".join(SCENARIOS)
-            raise argparse.ArgumentTypeError(f"no scenario '{name}'; choose of {known}")
-    return text.split(",")
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command."""
+    """Run the command; 1 if a drive failed."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.independent.furniture",
         description="Where furniture is found, on drives of an independent simulator.",
     )
-    parser.add_argument(
-        "--scenarios", type=_scenarios, default=list(SCENARIOS), help="names, default: all"
-    )
-    parser.add_argument("--seeds", type=seeds_of, default="1:5", help="1:5 is 1 to 4")
-    parser.add_argument("--jobs", type=int, default=2, help="processes")
-    parser.add_argument("--cache", type=Path, default=Path("out/independent"))
-    parser.add_argument("--keep", type=Path, help="folder that gets the result folders")
-    parser.add_argument("--json", type=Path, help="file that gets all measured values")
-    chosen = parser.parse_args(arguments)
-    tasks = [
-        (name, seed, chosen.cache, chosen.keep)
-        for name in chosen.scenarios
-        for seed in chosen.seeds
-    ]
-    spawn = multiprocessing.get_context("spawn")
-    outcomes: list[Outcome] = []
-    with ProcessPoolExecutor(chosen.jobs, mp_context=spawn) as pool:
-        for number, each in enumerate(pool.map(run, tasks), start=1):
-            outcomes += each
-            print(f"\r{number} of {len(tasks)} drives", end="", file=sys.stderr)
-    print(file=sys.stderr)
+    add_options(parser, SCENARIOS)
+    given = parser.parse_args(arguments)
+    outcomes, failures = measure_all(run, tasks_of(given), given.jobs)
+    if given.json:
+        given.json.parent.mkdir(parents=True, exist_ok=True)
+        given.json.write_text(json.dumps([asdict(each) for each in outcomes]), encoding="utf-8")
     print("| " + " | ".join(COLUMNS) + " |\n" + "|" + " --- |" * len(COLUMNS))
     for name in dict.fromkeys(each.scenario for each in outcomes):
         print(row(name, [each for each in outcomes if each.scenario == name]))
-    if chosen.json is not None:
-        chosen.json.write_text(json.dumps([asdict(each) for each in outcomes]), encoding="utf-8")
-    return 0
+    for failure in failures:
+        print(f"failed: {failure}", file=sys.stderr)
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -181,7 +181,7 @@ def office(seed: int, options: OfficeOptions, duration: float) -> Office:
             _add(rng, things, str(kind), walls, size, _by_wall(rng, size, side))
     for kind in INSIDE:
         _add(rng, things, kind, walls, size, _within(rng, size))
-    way = _way_of(seed)
+    way = _way(size)
     stand = _stood(np.random.default_rng([seed, 102]), things, walls, way, options, duration)
     rng = np.random.default_rng([seed, 103])
     clutter = _clutter(rng, stand, walls, way, options.clutter, duration)
@@ -386,10 +386,6 @@ def _way(size: tuple[float, float]) -> Floats:
     corners = _corners(size)
     legs = [np.linspace(a, b, 60) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
     return np.vstack(legs)
-
-
-def _way_of(seed: int) -> Floats:
-    return _way(_size(seed))
 
 
 def _corners(size: tuple[float, float]) -> Floats:

@@ -7,14 +7,18 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from benchmarks.independent.results import Measured, measure
 from benchmarks.independent.simulator import simulated
 from objstate import RunOptions, estimate_log, load_settings
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -31,22 +35,28 @@ class Task:
 def run(task: Task) -> list[Measured]:
     """Simulate a drive unless the cache holds it, estimate it, and measure the result."""
     drive = simulated(task.scenario, task.seed, task.cache)
+    return estimated(task, drive, partial(measure, task.scenario, task.seed, drive))
+
+
+def estimated(task: Task, drive: Path, measured: Callable[[Path, float], T]) -> T:
+    """What is measured of a drive's result folder, and of the seconds that it took."""
     options = RunOptions() if task.settings is None else RunOptions(load_settings(task.settings))
     with tempfile.TemporaryDirectory() as folder:
-        began = time.perf_counter()
-        estimate_log([drive / "log.mcap"], drive / "building.urdf", Path(folder) / "out", options)
-        seconds = time.perf_counter() - began
-        measured = measure(task.scenario, task.seed, drive, Path(folder) / "out", seconds)
+        out, began = Path(folder) / "out", time.perf_counter()
+        estimate_log([drive / "log.mcap"], drive / "building.urdf", out, options)
+        result = measured(out, time.perf_counter() - began)
         if task.keep is not None:
             kept = task.keep / task.scenario / str(task.seed)
             shutil.rmtree(kept, ignore_errors=True)
-            shutil.copytree(Path(folder) / "out", kept)
-        return measured
+            shutil.copytree(out, kept)
+        return result
 
 
-def measure_all(tasks: Sequence[Task], jobs: int) -> tuple[list[Measured], list[str]]:
-    """All drives, in the order of the tasks, and what failed."""
-    done: dict[Task, list[Measured]] = {}
+def measure_all(
+    run: Callable[[Task], list[T]], tasks: Sequence[Task], jobs: int
+) -> tuple[list[T], list[str]]:
+    """What ``run`` measures of all drives, in the order of the tasks, and what failed."""
+    done: dict[Task, list[T]] = {}
     failures = []
     # polars has threads, which a forked process would wait for in vain
     spawn = multiprocessing.get_context("spawn")

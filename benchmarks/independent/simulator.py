@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,11 +28,16 @@ def simulated(scenario: str, seed: int, cache: Path, day: int = 0) -> Path:
     """The folder of a drive, made if the cache doesn't hold it."""
     name = str(seed) if day == 0 else f"{seed}-day{day}"
     folder = cache / f"v{GENERATOR}" / scenario / name
+    return made_once(folder, lambda into: simulate(SCENARIOS[scenario](seed), seed, into, day))
+
+
+def made_once(folder: Path, write: Callable[[Path], None]) -> Path:
+    """A folder, whole; written into another one before, unless it is there."""
     if not folder.exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{seed}-"))
+        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}-"))
         try:
-            simulate(SCENARIOS[scenario](seed), seed, temporary, day)
+            write(temporary)
             os.chmod(temporary, 0o755)
             temporary.rename(folder)
         except OSError:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from benchmarks.independent import metrics
-from benchmarks.independent.__main__ import main, seeds_of
+from benchmarks.independent.__main__ import main
 from benchmarks.independent.drive import OdometryErrors, Route, corridor_drive, odometry
 from benchmarks.independent.lasers import Corridor, hits, rig, scans
 from benchmarks.independent.metrics import SECOND, Door, Durations, Estimates, Robot
 from benchmarks.independent.model import ModelErrors, model_of, urdf
+from benchmarks.independent.options import seeds_of
 from benchmarks.independent.results import Measured, from_json, read_estimates, to_json
 from benchmarks.independent.scenarios import SCENARIOS
 from benchmarks.independent.shapes import all_edges, cast, cast_circles, overlap, placed, rectangle
