@@ -37,17 +37,40 @@ def njit(**options: Any) -> Callable[[F], F]:
     options |= {"no_cfunc_wrapper": True}
 
     def compiled(function: F) -> F:
-        try:
-            loop = numba.njit(cache=True, **options)(function)
-            if loop is not function:  # as it is where NUMBA_DISABLE_JIT is set
-                stored = loop._cache._cache_file
-                stored._source_stamp = stored._source_stamp, digest_of(function.__module__)
-            return loop  # type: ignore[no-any-return]
-        except RuntimeError:
-            _tell()
-            return numba.njit(**options)(function)  # type: ignore[no-any-return]
+        loop = numba.njit(**options)(function)
+        if loop is not function:  # as it is where NUMBA_DISABLE_JIT is set
+            try:
+                loop._cache = _stored()(function)
+            except RuntimeError:
+                _tell()
+        return loop  # type: ignore[no-any-return]
 
     return compiled
+
+
+@cache
+def _stored() -> Any:
+    """numba's cache of a loop, for modules that depend on others, and with less to load.
+
+    numba prepares for compiling before it loads a compiled loop: it imports SciPy's linear algebra
+    and lists all functions that it knows. A loop that is loaded needs none of that, but what counts
+    references to arrays, and compiling another one still prepares for it.
+    """
+    from numba.core.caching import FunctionCache
+    from numba.core.runtime.nrt import rtsys
+
+    class Stored(FunctionCache):
+        def __init__(self, function: Callable[..., Any]) -> None:
+            super().__init__(function)  # type: ignore[no-untyped-call]
+            stored = self._cache_file
+            stored._source_stamp = stored._source_stamp, digest_of(function.__module__)
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            rtsys.initialize(target_context)
+            with self._guard_against_spurious_io_errors():
+                return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+
+    return Stored
 
 
 @cache
