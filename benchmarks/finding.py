@@ -152,7 +152,9 @@ def main() -> None:
                 folder.mkdir(parents=True, exist_ok=True)
                 drives = make_drives(floor, folder, seed, count, moved)
                 began = time.perf_counter()
-                found = learn_doors(drives.logs, drives.map, Path(scratch) / "learnt").candidates
+                found = learn_doors(
+                    drives.logs, drives.map, Path(scratch) / "learnt", jobs=1
+                ).candidates
                 seconds += time.perf_counter() - began
             before = tally.found, tally.swapped, tally.false
             compare(floor, found, tally)

@@ -158,7 +158,7 @@ def _of_seed(
     folder.mkdir(parents=True, exist_ok=True)
     drives = make_drives(floor, folder, seed, count, 0.5)
     learnt, began = drives.logs[: count - given.held_out], time.perf_counter()
-    found = learn_doors(learnt[:FOUND_BY], drives.map, scratch / "found")
+    found = learn_doors(learnt[:FOUND_BY], drives.map, scratch / "found", jobs=1)
     between = time.perf_counter()
     better = refine_building(learnt, found.urdf, scratch / "adjusted", jobs=1)
     ended = time.perf_counter()

@@ -65,7 +65,7 @@ def estimated(
         *("--building", str(building), "--out", str(out)),
     ]
     script = (
-        "from objstate.experiments import processes\nfrom objstate.cli.entry import main\n"
+        "from objstate import processes\nfrom objstate.cli.entry import main\n"
         f"processes.default_workers = lambda: {cores}\nmain({given!r})"
     )
     done = run(script, NUMBA_DEBUG_CACHE="1", PYTHONPATH=str(installed))
@@ -126,7 +126,7 @@ def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> N
 def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
     script = (
         "import sys\nfrom objstate.cli import loops, sharing\n"
-        "from objstate.experiments import processes\n"
+        "from objstate import processes\n"
         "loops.GROUPS, loops.EVERY_RUN = (loops.GROUPS[-1][1:],), 1\n"  # to be sooner done
         "processes.default_workers = lambda: 2\n"
         "sharing.share_out_compiling()\nsys.executable = {!r}\n"

@@ -51,7 +51,7 @@ def learn(
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Drives at a time. Default: one a core."),
+        typer.Option(metavar="N", min=1, help="Processes at a time. Default: one a core."),
     ] = None,
     config: Config = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of all random numbers.")] = 0,
@@ -101,7 +101,9 @@ def learn(
         return
     assert map_yaml is not None
     with progress_bar("Learning doors", quiet) as report:
-        learnt = learn_doors(logs, map_yaml, out, options, overwrite=overwrite, on_progress=report)
+        learnt = learn_doors(
+            logs, map_yaml, out, options, jobs=jobs, overwrite=overwrite, on_progress=report
+        )
     print_warnings(learnt.warnings, quiet)
     print_parts(describe_found(learnt))
     print_text(f"Written: {learnt.urdf}")

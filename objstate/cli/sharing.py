@@ -24,7 +24,7 @@ def share_out_compiling() -> None:
 
 
 def _compile_for_a_run() -> None:
-    from objstate.experiments.processes import default_workers
+    from objstate.processes import default_workers
     from objstate.sensing import sweeps
 
     stats = sweeps.take.stats  # type: ignore[attr-defined]
@@ -38,7 +38,7 @@ def _compile_for_a_run() -> None:
 def compile_shared(groups: int) -> None:
     """Compile the first ``groups`` of loops that aren't yet, by a process for each core."""
     from objstate.cli.loops import compile_groups, handed_out
-    from objstate.experiments.processes import default_workers
+    from objstate.processes import default_workers
 
     command = [sys.executable, "-P", "-m", "objstate.cli.loops", str(os.getpid())]
     others: list[subprocess.Popen[bytes]] = []

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +32,7 @@ from objstate.discovery.registering import registered
 from objstate.discovery.scoring import WAY, turned
 from objstate.discovery.walls import LONGER, Opening, distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray, wrap
+from objstate.processes import Each
 
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
@@ -73,8 +76,9 @@ def find_doors(
     beams: Beams,
     settings: BeamModelSettings,
     on_progress: Progress | None = None,
+    in_each: Each = map,
 ) -> Finding:
-    """Doors of a map in what drives saw."""
+    """Doors of a map in what drives saw; ``in_each`` may share the work out over processes."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
     passed_over = [each for each in open_ if each.p_wall < LEAST]
@@ -82,29 +86,42 @@ def find_doors(
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
     found, waiting = list[Candidate](), dict[int, Weighed]()
 
-    def weigh(number: int) -> None:
-        waiting.pop(number, None)
+    def place_of(number: int) -> Doorway | None:
         closed = [each.door for each in found if each.door.is_probable]  # they hold no other leaf
         free = (o for o in places[number] if not any(_overlap(door, o) for door in closed))
         every = [unexplained(each, beams, left) for each in free]
         still = [each for each in every if each.p_wall >= LEAST]
-        if not still:
-            return
-        place = doorway(still, lines, plan, beams, settings, left)
-        explained = explain(place, plan) if place.groups else None
-        if explained is not None and explained.probability >= LEAST:
-            waiting[number] = Weighed(place, explained)
+        place = doorway(still, lines, plan, beams, settings, left) if still else None
+        return place if place is not None and place.groups else None
 
-    for number in range(len(places)):
+    def weigh(numbers: Iterable[int]) -> Iterator[int]:
+        """Weigh places among the doors found so far; yield each number when it is done."""
+        begun = deque[tuple[int, Doorway]]()
+
+        def every_place() -> Iterator[Doorway]:
+            for number in numbers:
+                if (place := place_of(number)) is not None:
+                    begun.append((number, place))
+                    yield place
+
+        for explained in in_each(partial(explain, plan=plan), every_place()):
+            number, place = begun.popleft()
+            if explained is not None and explained.probability >= LEAST:
+                waiting[number] = Weighed(place, explained)
+            yield number
+
+    for number in weigh(range(len(places))):
         if on_progress is not None:
-            on_progress(number / len(places))
-        weigh(number)
+            on_progress((number + 1) / len(places))
     while waiting:
-        number = max(waiting, key=lambda each: (waiting[each].explained.of_leaf, -each))
-        if not waiting[number].is_current:
-            weigh(number)  # without what has been explained since
+        in_turn = sorted(waiting, key=lambda each: (-waiting[each].explained.of_leaf, each))
+        if not waiting[in_turn[0]].is_current:  # once more, without what has been explained since
+            again = _next_of({each: waiting[each] for each in in_turn})
+            for number in again:
+                del waiting[number]
+            deque(weigh(again), maxlen=0)
             continue
-        place, best, _ = waiting.pop(number)
+        place, best, _ = waiting.pop(in_turn[0])
         found += [_candidate(place, best, each) for each in best.leaves]
         if best.probability < PROBABLE:
             continue
@@ -122,6 +139,16 @@ class Weighed(NamedTuple):
     place: Doorway
     explained: Explained
     is_current: bool = True  # no door near by was accepted since
+
+
+def _next_of(in_turn: Mapping[int, Weighed]) -> list[int]:
+    """Those that aren't current, and near which none comes before them, so that none explains them."""
+    before, chosen = list[Doorway](), list[int]()
+    for number, each in in_turn.items():
+        if not (each.is_current or any(place.is_near(each.place) for place in before)):
+            chosen.append(number)
+        before.append(each.place)
+    return chosen
 
 
 def _explained_away(

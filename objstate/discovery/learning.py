@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ from objstate.discovery.candidates import Candidate, Finding, find_doors
 from objstate.discovery.drives import distinct_logs
 from objstate.discovery.gathering import Beams, Gathered, gather
 from objstate.errors import LogError
+from objstate.processes import Each, default_workers, lasting
 from objstate.run import RunOptions
 
 NAME = "building"  # of what is written
@@ -59,12 +60,14 @@ def learn_doors(
     out: str | Path,
     run: RunOptions | None = None,
     *,
+    jobs: int | None = None,
     overwrite: bool = False,
     on_progress: Report | None = None,
 ) -> Learnt:
     """Find the doors of a map in drives, and write the building that has them to ``out``.
 
-    Each log is a drive of its own; one that is given twice counts once. ``out`` gets
+    Each log is a drive of its own; one that is given twice counts once. So many processes share the
+    work out as there are ``jobs``, by default one for each core. ``out`` gets
     ``building.urdf`` with its sidecar, ``doors.csv`` with all candidates, and ``learn.json``, whole
     or not at all. Raises BuildingError, SettingsError, LogError and ResultError.
     """
@@ -73,13 +76,14 @@ def learn_doors(
     digests, warnings = distinct_logs(logs, run)
     plan = replace(read_map(Path(map_yaml)), name=NAME)
     walls = building_of_map(plan)
-    work = _Work(plan, walls, run, on_progress)
-    drives = work.localized(list(digests), walls, *LOCALIZING)
-    found = work.weighed(drives, *FINDING)
-    # among doors that were moved since, or in rooms that were closed, a map misleads
-    if again := [log for log, drive in drives.items() if drive.lost_share > OFTEN_LOST]:
-        drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
-        found = work.weighed(drives, *FINDING_AGAIN)
+    with lasting(jobs or default_workers()) as in_each:
+        work = _Work(plan, walls, run, on_progress, in_each)
+        drives = work.localized(list(digests), walls, *LOCALIZING)
+        found = work.weighed(drives, *FINDING)
+        # among doors that were moved since, or in rooms that were closed, a map misleads
+        if again := [log for log, drive in drives.items() if drive.lost_share > OFTEN_LOST]:
+            drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
+            found = work.weighed(drives, *FINDING_AGAIN)
     warnings += [
         f"{log}: {NOWHERE} It is left out." for log in drives if not len(drives[log].beams)
     ]
@@ -102,21 +106,29 @@ class _Work:
     walls: Building
     run: RunOptions
     report: Report | None
-    done: list[float] = field(default_factory=list)  # s of each log that was localized
+    in_each: Each
+    done: dict[Path, float] = field(default_factory=dict)  # s of each log that was localized
 
     def localized(
         self, logs: Sequence[Path], building: Building, begin: float, end: float
     ) -> dict[Path, Gathered]:
         """What drives saw, localized in a building. Raises LogError."""
+
+        def told(number: int, share: float, seconds: float) -> None:
+            self.done[logs[number]] = seconds
+            self._tell(begin, end, (number + share) / len(logs))
+
+        if len(logs) == 1 or self.in_each is map:  # then a drive can tell how far it is
+            each = enumerate(logs)
+            seen: Iterator[Gathered] = (
+                gather(log, building, self.run, partial(told, number)) for number, log in each
+            )
+        else:
+            seen = self.in_each(partial(gather, building=building, run=self.run), logs)
         found = {}
-        for number, log in enumerate(logs):
-            self.done.append(0.0)
-
-            def gathered(share: float, seconds: float, number: int = number) -> None:
-                self.done[-1] = seconds
-                self._tell(begin, end, (number + share) / len(logs))
-
-            found[log] = gather(log, building, self.run, gathered)
+        for number, drive in enumerate(seen):
+            found[logs[number]] = drive
+            told(number, 1.0, float(drive.beams.seconds.max(initial=0.0)))
         return found
 
     def weighed(self, drives: Mapping[Path, Gathered], begin: float, end: float) -> Finding:
@@ -125,11 +137,12 @@ class _Work:
         if not len(beams):
             raise LogError(f"{', '.join(map(str, drives))}: {NOWHERE}")
         settings = self.run.settings.beam_model
-        return find_doors(self.plan, self.walls, beams, settings, partial(self._tell, begin, end))
+        tell = partial(self._tell, begin, end)
+        return find_doors(self.plan, self.walls, beams, settings, tell, self.in_each)
 
     def _tell(self, begin: float, end: float, share: float) -> None:
         if self.report is not None:
-            self.report(begin + (end - begin) * share, sum(self.done))
+            self.report(begin + (end - begin) * share, sum(self.done.values()))
 
 
 def _with_doors(plan: OccupancyMap, found: Finding) -> Building:

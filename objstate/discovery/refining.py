@@ -6,13 +6,9 @@ new drive is estimated in the building whose walls stand right, and tells where 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
@@ -44,6 +40,7 @@ from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
+from objstate.processes import Each, default_workers, lasting
 from objstate.run import BuildingInput, RunOptions, open_run, unknown_start
 from objstate.run.calibrating import survey_log
 from objstate.run.doubts import doubts_of_robot, failures
@@ -63,7 +60,6 @@ GO_ON = (
 
 Report = Callable[[float], None]  # share of all drives done
 Result = TypeVar("Result")
-Each = Callable[[Callable[[Path], Result], Sequence[Path]], Iterator[Result]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +106,7 @@ def refine_building(
     old = before or []
     fresh, warnings = distinct_logs(logs, run, {told.digest for told in old})
     surveys = Surveys(columns, error)
-    with _workers(jobs, len(fresh)) as each:
+    with lasting(min(jobs or default_workers(), len(fresh))) as each:
         surveyed = each(partial(_surveyed, Path(building), run, fresh), list(fresh))
         new = list(_counted(surveyed, len(fresh), 0.0, SURVEYING, on_progress))
         fitted = _fitted(each, partial(_hung, Path(building), run), surveys, old, new, on_progress)
@@ -175,7 +171,7 @@ class _Fitted:
 
 
 def _fitted(
-    each: Each,  # type: ignore[type-arg]
+    each: Each,
     hang: Callable[[FloatArray, Sequence[LaserCorrection], Path], _Hung],
     surveys: Surveys,
     old: list[Told],
@@ -217,17 +213,6 @@ class _Hung:
 
 def _but(told: Sequence[Told], number: int | None) -> list[Told]:
     return [one for k, one in enumerate(told) if k != number]
-
-
-@contextmanager
-def _workers(jobs: int | None, most: int) -> Iterator[Each]:  # type: ignore[type-arg]
-    """A map over logs, in their order, by as many processes as there are jobs."""
-    count = min(jobs or os.cpu_count() or 1, most)
-    if count <= 1:
-        yield map
-        return
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        yield pool.map
 
 
 def _counted(

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from objstate.errors import SettingsError
-from objstate.experiments.processes import default_workers, in_order
 from objstate.experiments.tables import Table
 from objstate.experiments.trial import Final, Run, Trial, run_trial
+from objstate.processes import default_workers, in_order
 from objstate.recording.results import result_folder
 
 if TYPE_CHECKING:

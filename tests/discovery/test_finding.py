@@ -93,7 +93,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Tally:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(floors, "states_of", lambda floor, rng, states=states: next(states))
             drives = make_drives(floor(), folder, seed=seed, count=2, moved=1.0)
-        learnt = learn_doors(drives.logs, drives.map, folder / "learnt")
+        learnt = learn_doors(drives.logs, drives.map, folder / "learnt", jobs=1)
         assert learnt.urdf == folder / "learnt" / "building.urdf"
         assert (Path(learnt.urdf).parent / "doors.csv").exists()
         compare(floor(), learnt.candidates, tally)

@@ -58,14 +58,14 @@ def test_a_drive_that_was_lost_is_localized_again_among_the_doors_that_were_foun
     assert not any(each.lost_share for each in right)
     places = Places(right[0], Gathered(nothing(), lost_share=1.0), right[1])
     monkeypatch.setattr(learning, "gather", places.gather)
-    learnt = learn_doors(made.logs, made.map, tmp_path / "found")
+    learnt = learn_doors(made.logs, made.map, tmp_path / "found", jobs=1)
     (_, none), (_, no_doors), (again, doors) = places.asked
     assert none == no_doors == []
     assert again == made.logs[1].parent.name
     assert len(doors) > 0
     assert learnt.warnings == ()
     monkeypatch.setattr(learning, "gather", Places(*right).gather)
-    at_once = learn_doors(made.logs, made.map, tmp_path / "at_once")
+    at_once = learn_doors(made.logs, made.map, tmp_path / "at_once", jobs=1)
     assert [each.probability for each in learnt.candidates] == pytest.approx(
         [each.probability for each in at_once.candidates]
     )
@@ -78,11 +78,11 @@ def test_a_drive_that_is_localized_nowhere_is_left_out_by_name(
     right = learning.gather(made.logs[0], walls(made.map), RunOptions())
     lost = Gathered(nothing(), lost_share=1.0)
     monkeypatch.setattr(learning, "gather", Places(right, lost, lost).gather)
-    (warning,) = learn_doors(made.logs, made.map, tmp_path / "found").warnings
+    (warning,) = learn_doors(made.logs, made.map, tmp_path / "found", jobs=1).warnings
     assert warning.startswith(f"{made.logs[1]}: The robot was localized nowhere")
     monkeypatch.setattr(learning, "gather", Places(lost, lost).gather)
     with pytest.raises(LogError, match=r"drive1.*drive2.*localized nowhere"):
-        learn_doors(made.logs, made.map, tmp_path / "none")
+        learn_doors(made.logs, made.map, tmp_path / "none", jobs=1)
 
 
 def walls(map_yaml: Path) -> Building:

@@ -19,7 +19,7 @@ def test_after_compiling_no_building_that_is_learnt_compiles_anything(tmp_path: 
     compile_groups(groups)
     before = {loop.__name__: list(loop.signatures) for loop in own}
     made = make_drives(floor(), tmp_path / "floor", seed=5, count=1, moved=1.0)
-    found = learn_doors(made.logs, made.map, tmp_path / "found")
+    found = learn_doors(made.logs, made.map, tmp_path / "found", jobs=1)
     refine_building(made.logs, found.urdf, tmp_path / "better", jobs=1)
     assert {loop.__name__: list(loop.signatures) for loop in own} == before
 

@@ -16,9 +16,9 @@ import numpy as np
 from objstate.experiments.darmstadt.behaviours import Sweep
 from objstate.experiments.darmstadt.robot import FRAMES_A_SECOND, Robot
 from objstate.experiments.darmstadt.setting import LAYOUT, STANDING, Scene
-from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
 from objstate.grid.grid import FREE, OCCUPIED
+from objstate.processes import in_order
 
 PLACES = ((1.5, 0.0), (2.5, 0.0), (1.5, 1.0))  # m ahead and to the left, table 7.4
 BEGIN = np.array([-1.5, 0.0, 0.0])  # the robot's pose

@@ -24,8 +24,8 @@ from objstate.experiments.darmstadt.setting import (
     WIDTH,
     Scene,
 )
-from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray, interpolate_pose, wrap
+from objstate.processes import in_order
 
 SECONDS = 60.0
 SAMPLE_FRAMES = FRAMES_A_SECOND // 2  # every 500 ms

@@ -10,9 +10,9 @@ import numpy as np
 from objstate.experiments.darmstadt import gazing
 from objstate.experiments.darmstadt.robot import FRAMES_A_SECOND, Robot
 from objstate.experiments.darmstadt.setting import LAYOUT, STANDING, Scene
-from objstate.experiments.processes import in_order
 from objstate.gaze.field import FocusGazer
 from objstate.geometry import compose
+from objstate.processes import in_order
 
 COUNTS = (5, 10, 50, 200)  # particles
 APART = (0.0, gazing.APART)  # m

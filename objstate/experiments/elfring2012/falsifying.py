@@ -20,8 +20,8 @@ from objstate.experiments.elfring2012.scene import (
 )
 from objstate.experiments.elfring2012.shuffling import Game
 from objstate.experiments.elfring2012.trackers import KMeans
-from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
+from objstate.processes import in_order
 
 PRESENCE = 0.95  # before the first check
 CHECKS = 30

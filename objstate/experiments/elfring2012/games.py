@@ -23,8 +23,8 @@ from objstate.experiments.elfring2012.shuffling import (
     play,
 )
 from objstate.experiments.elfring2012.trackers import JointTracker, KMeans, Tracker
-from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
+from objstate.processes import in_order
 
 STD = 0.005  # m, to which cups are known before a shuffle
 # probability of having kept all, below which the tracker is told who is who before it goes on

@@ -9,8 +9,8 @@ import numpy as np
 
 from objstate.experiments.elfring2014.setup import Assumptions, Setup
 from objstate.experiments.elfring2014.simulation import simulate
-from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
+from objstate.processes import in_order
 
 PAIRED = (
     2.0,

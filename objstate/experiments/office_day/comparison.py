@@ -12,10 +12,10 @@ from objstate.experiments.office_day.day import Day, run_day
 from objstate.experiments.office_day.office import Office, office, working_day
 from objstate.experiments.office_day.robot import Robot
 from objstate.experiments.office_day.strategies import Choose
-from objstate.experiments.processes import in_order
 from objstate.gaze import Floor, LookSettings, Sensor
 from objstate.geometry import FloatArray
 from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings, GainWeight
+from objstate.processes import in_order
 
 START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
 DOORS = GainWeight(match="door_*", weight=3.0)  # one coordinate, against three of a chest

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from objstate.experiments.processes import default_workers, in_order
+from objstate.processes import default_workers, in_order
 
 
 @pytest.mark.parametrize("workers", [1, 2])

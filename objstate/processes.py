@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from threading import Thread
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from objstate.interrupts import heed_interrupts
 
 ENDED = 1  # exit code of a process that was told to end
+AHEAD = 2  # tasks of each process that are made before their results are taken
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+
+class Each(Protocol):
+    """A function of every task, in the order of the tasks."""
+
+    def __call__(
+        self, function: Callable[[Task], Result], tasks: Iterable[Task], /
+    ) -> Iterator[Result]: ...
 
 
 def default_workers() -> int:
@@ -32,17 +42,35 @@ def in_order(
     With one worker, or one task, all is done in this process. What a task raises is raised here;
     all other tasks are then given up.
     """
-    if min(workers, len(tasks)) <= 1:
-        yield from map(function, tasks)
+    with lasting(min(workers, len(tasks))) as each:
+        yield from each(function, tasks)
+
+
+@contextmanager
+def lasting(workers: int) -> Iterator[Each]:
+    """``in_order`` by processes that last, so that the next tasks needn't wait for others to begin.
+
+    With one worker, all is done in this process. They begin with the first tasks.
+    """
+    if workers <= 1:
+        yield map
         return
     # spawned: a fork would copy the threads' locks of the libraries in an unknown state
     others = set(active_children())
-    pool = ProcessPoolExecutor(
-        min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_begin
-    )
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
     heed_interrupts()
+
+    def each(function: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
+        begun = deque[Future[Result]]()
+        for task in tasks:
+            begun.append(pool.submit(_interruptible, function, task))
+            if len(begun) > AHEAD * workers:
+                yield begun.popleft().result()
+        while begun:
+            yield begun.popleft().result()
+
     try:
-        yield from pool.map(partial(_interruptible, function), tasks)
+        yield each
     except BaseException:  # Ctrl-C among them: what has begun isn't waited for
         for worker in set(active_children()) - others:
             worker.terminate()
