@@ -17,7 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.floors import Floor, entered, furnished, make_drives, make_floor, with_sliding
+from benchmarks.floors import (
+    Floor,
+    entered,
+    furnished,
+    make_drives,
+    make_floor,
+    with_sliding,
+    with_windows,
+)
 from benchmarks.independent.options import seeds_of
 from objstate.building.door_table import Door
 from objstate.discovery import learn_doors
@@ -116,6 +124,7 @@ def add_kinds(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--entered", action="store_true", help="rooms entered, a turned map")
     parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
     parser.add_argument("--recessed", action="store_true", help="half of the doors in alcoves")
+    parser.add_argument("--windows", action="store_true", help="windows in the outer walls")
 
 
 def floor_of(seed: int, given: argparse.Namespace) -> Floor:
@@ -123,6 +132,8 @@ def floor_of(seed: int, given: argparse.Namespace) -> Floor:
     floor = make_floor(seed, recessed=given.recessed)
     if given.sliding:
         with_sliding(floor, seed)
+    if given.windows:
+        with_windows(floor, seed)
     if given.furnished:
         furnished(floor, seed)
     if given.entered:

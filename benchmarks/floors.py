@@ -8,7 +8,8 @@ Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floo
 desks, chairs and shelves, and the robot drives into half of them. On ``with_sliding`` floors half of
 the doors slide: along the corridor's wall, in it, or behind it. On ``entered`` floors the robot
 drives into most rooms that are open on that day, and the map isn't made along the walls. On
-``recessed`` ones half of the doors lie at the back of alcoves.
+``recessed`` ones half of the doors lie at the back of alcoves. Floors ``with_windows`` have outer walls
+with a row of them.
 """
 
 from __future__ import annotations
@@ -234,6 +235,23 @@ def with_sliding(floor: Floor, seed: int) -> Floor:
             travel = round(min(width, beside[left]), 4)
             doors[name] = Door(name, hinge, bearing, SLIDES, width, travel)
     floor.doors = list(doors.values())
+    return floor
+
+
+def with_windows(floor: Floor, seed: int) -> Floor:
+    """The floor with windows in its outer walls, behind the rooms: panes in niches, which stay shut."""
+    rng = np.random.default_rng([seed, 17])
+    deep = float(rng.choice([0.08, 0.14, 0.22]))  # m, of the niches
+    spacing, width = float(rng.uniform(1.3, 2.2)), float(rng.uniform(0.7, 1.2))
+    for side in (1, -1):
+        wall = max(floor.walls, key=lambda each: min(side * each[2], side * each[3]))
+        floor.walls.remove(wall)
+        x0, x1, back = wall[0], wall[1], min(abs(wall[2]), abs(wall[3]))
+        _wall(floor, side, x0, x1, back + deep, back + deep + 0.05)
+        middles = np.arange(spacing / 2.0, floor.length - width / 2.0, spacing)
+        ends = [x0, *np.sort([*(middles - width / 2.0), *(middles + width / 2.0)]).tolist(), x1]
+        for begin, end in zip(ends[::2], ends[1::2], strict=True):
+            _wall(floor, side, begin, end, back, back + deep)
     return floor
 
 

@@ -16,6 +16,7 @@ from objstate.building.door_table import PROBABLE, Door, closing_distance
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
+from objstate.discovery.beyond import with_rooms_beyond
 from objstate.discovery.detours import with_ways_around
 from objstate.discovery.doorway import (
     Doorway,
@@ -81,6 +82,7 @@ def find_doors(
     """Doors of a map in what drives saw; ``in_each`` may share the work out over processes."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
+    open_ = with_rooms_beyond(open_, plan, beams)
     passed_over = [each for each in open_ if each.p_wall < LEAST]
     places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains

@@ -81,7 +81,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     if alone:  # what is behind a leaf may be there without it
         variants.append(max(alone, key=lambda hung: hung.log_evidence).leaves[0].behind)
     without = bare(place, about.as_is, variants, best.as_things(place), things)
-    without += np.log1p(-DOOR * max(each.p_wall for each in place.openings)) - base
+    without += np.log1p(-DOOR * max(each.p_doorway for each in place.openings)) - base
     return Explained(
         leaves=tuple(_with_others(each, found, plan.resolution) for each in best.leaves),
         side_probability=float(np.exp(best.log_evidence - all_log)),

@@ -24,7 +24,6 @@ from objstate.discovery.doorway import (
 from objstate.discovery.scoring import (
     BEFORE,
     DRAWN,
-    FILLED,
     MAP_ASIDE,
     NARROWEST_LEAF,
     WALL_GOES_ON,
@@ -32,6 +31,7 @@ from objstate.discovery.scoring import (
     Behind,
     Drawn,
     Leaf,
+    log_filled,
 )
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
@@ -201,7 +201,8 @@ def _filling(cells: Cells, opening: Opening) -> list[tuple[Drawn, BoolArray]]:
         if cells.fill(closing, opening, share):
             start = opening.jamb(bool(from_end))[0]
             off = float(np.median(aside[closing])) / MAP_ASIDE
-            log_none = share * float(np.logaddexp(FILLED, WALL_GOES_ON - 0.5 * off**2))
+            goes_on = WALL_GOES_ON - 0.5 * off**2
+            log_none = share * min(float(np.logaddexp(log_filled(opening), goes_on)), 0.0)
             filling = Drawn(from_end, 0.0, start, share, cells.middles[closing], log_none)
             found.append((filling, closing))
     return found
@@ -259,7 +260,7 @@ def _as_drawn(
     on = cells.on_leaf(hinge, bearing, width)
     fills = np.cos(turn) > 0.0 and FILLED_SHARE * width * abs(np.tan(turn)) < DEEP
     is_at_jamb = cells.has_jamb(~on, opening, from_end)
-    points, log_none = cells.middles[on], share * FILLED
+    points, log_none = cells.middles[on], share * log_filled(opening)
     if is_at_jamb and not fills:
         log_straight = _log_straight(points, hinge, bearing, cells.plan.resolution)
         log_none = min(DRAWN - log_straight, 0.0)

@@ -19,11 +19,14 @@ from objstate.building.door_table import SLIDES
 from objstate.discovery import kernels, surfaces
 from objstate.discovery.doorway import DEEP, Doorway, beside
 from objstate.discovery.lattice import FLAT, Lattice, whole
+from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
-FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
+# nats: an opening without a leaf is filled within a wall's depth: of a wall that parts rooms, and
+# of one around the building, which has windows
+FILLED, GLAZED = -3.0, math.log(0.8)
 WALL_GOES_ON = np.log(0.5)  # nats: what seems open is wall
 NEARLY_CLOSED = np.radians(10.0)  # up to which what is in a leaf's place fills the opening
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
@@ -55,6 +58,12 @@ ELSEWHERE = 0.1  # within the wall's depth
 BEFORE = 0.05  # m before a wall's line within which its face may be
 BEARING_STD = np.radians(2.0)  # about the wall's
 TWIN_STD, TWIN_BEARING_STD = 0.01, np.radians(0.7)  # m, rad: the leaves of a double door are alike
+
+
+def log_filled(opening: Opening) -> float:
+    """Log-probability that an opening without a leaf is filled within its wall's depth."""
+    inner = opening.p_inner
+    return math.log(inner * math.exp(FILLED) + (1.0 - inner) * math.exp(GLAZED))
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +302,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     if leaf.twin is not None:
         return log + _log_alike(leaf, leaf.twin)
     log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
-    log += math.log(opening.p_wall) + _log_width(leaf.width)
+    log += math.log(opening.p_doorway) + _log_width(leaf.width)
     if leaf.slides:
         return float(log + math.log(_inside(depth)))
     is_toward = leaf.sense == place.side(start, bearing)

@@ -20,6 +20,7 @@ LEAST_WALL = 0.25  # m: shorter pieces make no line
 SAME_WAY = np.radians(4.0)  # between pieces of one line
 SAME_LINE = 0.08  # m aside, likewise
 PARALLEL = np.sin(2.0 * SAME_WAY)  # sine of the angle between walls that run alike
+OUTER_DOORS = 0.02  # doors among openings of a wall around the building, to those between rooms
 LONGER = 2.0  # times as long as an opening: what is no leaf of it
 BROKEN = 3.0  # likewise, in pieces with openings between them
 BESIDE = 0.07  # m within which a reading is of the wall
@@ -104,6 +105,14 @@ class Opening:
     start: FloatArray  # (2,) m, one jamb
     end: FloatArray  # (2,) m, the other
     p_wall: float = 1.0  # probability that its line is a wall there
+    p_inner: float = (
+        1.0  # probability that this wall parts two rooms, and isn't around the building
+    )
+
+    @property
+    def p_doorway(self) -> float:
+        """Probability of a wall, and of doors in it relative to one that parts rooms."""
+        return self.p_wall * (self.p_inner + OUTER_DOORS * (1.0 - self.p_inner))
 
     @property
     def width(self) -> float:
