@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 from objstate.interrupts import heed_interrupts
 
 ENDED = 1  # exit code of a process that was told to end
-AHEAD = 2  # tasks of each process that are made before their results are taken
+AHEAD = 8  # tasks of each process that are made before their results are taken
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")

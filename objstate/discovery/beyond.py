@@ -20,7 +20,7 @@ FAR = 4.0  # m from it, up to which readings tell
 STRAY = 0.01  # such readings for each of the wall, as errors may leave
 # Probabilities: of a wall around the building, and that nothing is seen behind such a wall, and
 # behind one between rooms, all of whose doors have to be closed.
-OUTER, NONE_BEHIND_OUTER, NONE_BEHIND_INNER = 0.4, 0.9, 0.02
+OUTER, NONE_BEHIND_OUTER, NONE_BEHIND_INNER = 0.4, 0.99, 0.02
 
 
 def with_rooms_beyond(found: list[Opening], plan: OccupancyMap, beams: Beams) -> list[Opening]:

@@ -96,8 +96,8 @@ def find_doors(
         place = doorway(still, lines, plan, beams, settings, left) if still else None
         return place if place is not None and place.groups else None
 
-    def weigh(numbers: Iterable[int]) -> Iterator[int]:
-        """Weigh places among the doors found so far; yield each number when it is done."""
+    def weigh(numbers: Iterable[int], tell: Progress | None = None) -> None:
+        """Weigh places among the doors found so far."""
         begun = deque[tuple[int, Doorway]]()
 
         def every_place() -> Iterator[Doorway]:
@@ -110,18 +110,17 @@ def find_doors(
             number, place = begun.popleft()
             if explained is not None and explained.probability >= LEAST:
                 waiting[number] = Weighed(place, explained)
-            yield number
+            if tell is not None:
+                tell((number + 1) / len(places))
 
-    for number in weigh(range(len(places))):
-        if on_progress is not None:
-            on_progress((number + 1) / len(places))
+    weigh(range(len(places)), on_progress)
     while waiting:
         in_turn = sorted(waiting, key=lambda each: (-waiting[each].explained.of_leaf, each))
         if not waiting[in_turn[0]].is_current:  # once more, without what has been explained since
             again = _next_of({each: waiting[each] for each in in_turn})
             for number in again:
                 del waiting[number]
-            deque(weigh(again), maxlen=0)
+            weigh(again)
             continue
         place, best, _ = waiting.pop(in_turn[0])
         found += [_candidate(place, best, each) for each in best.leaves]

@@ -67,7 +67,8 @@ def learn_doors(
     """Find the doors of a map in drives, and write the building that has them to ``out``.
 
     Each log is a drive of its own; one that is given twice counts once. So many processes share the
-    work out as there are ``jobs``, by default one for each core. ``out`` gets
+    work out as there are ``jobs``, by default one for each core; they import the script that calls
+    this, which has to guard what it does by ``if __name__ == "__main__":``. ``out`` gets
     ``building.urdf`` with its sidecar, ``doors.csv`` with all candidates, and ``learn.json``, whole
     or not at all. Raises BuildingError, SettingsError, LogError and ResultError.
     """

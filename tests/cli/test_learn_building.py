@@ -42,12 +42,18 @@ def test_doors_are_found_adjusted_and_estimated_in_one_go(run, drives: Drives) -
     assert right >= 2
 
 
-def test_a_log_that_is_given_twice_counts_once(run, drives: Drives, tmp_path: Path) -> None:
+def test_a_log_that_is_given_twice_counts_once_whatever_the_number_of_processes(
+    run, drives: Drives, tmp_path: Path
+) -> None:
     copied = tmp_path / "copy.mcap"
     shutil.copy(drives.logs[0], copied)
-    out = tmp_path / "out"
-    twice = run("building", "learn", drives.logs[0], copied, "--map", drives.map, "--out", out)
+    learn, out, alone = ("building", "learn", drives.logs[0]), tmp_path / "out", tmp_path / "alone"
+    twice = run(*learn, copied, "--map", drives.map, "--out", out, "--jobs", 2)
     assert twice.code == 0
+    once = run(*learn, "--map", drives.map, "--out", alone, "--jobs", 1)
+    assert once.code == 0
+    for name in ("doors.csv", "learn.json", "building.urdf"):
+        assert (out / name).read_bytes() == (alone / name).read_bytes()
     assert f"{copied} holds the same as {drives.logs[0]}" in twice.err
     (drive,) = json.loads((out / "learn.json").read_text())["drives"]
     assert drive["log"] == str(drives.logs[0])
