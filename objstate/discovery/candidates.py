@@ -82,9 +82,9 @@ def find_doors(
     """Doors of a map in what drives saw; ``in_each`` may share the work out over processes."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
-    open_ = with_rooms_beyond(open_, plan, beams)
     passed_over = [each for each in open_ if each.p_wall < LEAST]
-    places = together([each for each in open_ if each.p_wall >= LEAST])
+    in_walls = [each for each in open_ if each.p_wall >= LEAST]
+    places = together(with_rooms_beyond(in_walls, plan, beams))
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
     found, waiting = list[Candidate](), dict[int, Weighed]()
 
