@@ -9,7 +9,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import beside
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import Opening
+from objstate.discovery.walls import Opening, shown_at
 
 ABOUT = 10.0  # m of the wall to either side of an opening
 BEYOND = 0.35  # m from the wall's line, from where on nothing is the wall, or a niche of it
@@ -42,10 +42,7 @@ def _shows_both_sides(plan: OccupancyMap, opening: Opening) -> bool:
     along = np.arange(-ABOUT, opening.width + ABOUT, step)[:, None, None] * way
     away = np.arange(BEYOND, FLOOR, step)[:, None] * np.array([-way[1], way[0]])
     points = opening.start + along + np.stack([away, -away])[:, None]  # (2, along, away, 2)
-    cells = np.floor(plan.to_cells(points.reshape(-1, 2))).astype(np.int64)
-    on_map = ((cells >= 0) & (cells < plan.free.shape[::-1])).all(axis=1)
-    free = np.zeros(len(cells), dtype=bool)
-    free[on_map] = plan.free[cells[on_map, 1], cells[on_map, 0]]
+    free = shown_at(plan, plan.free, points.reshape(-1, 2))
     deep = np.count_nonzero(free.reshape(points.shape[:-1]), axis=-1)
     return bool(((deep >= FEWEST).mean(axis=1) > FLOOR_SHARE).all())
 

@@ -24,9 +24,9 @@ from objstate.geometry import BoolArray, FloatArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
-# nats: an opening without a leaf is filled within a wall's depth: of a wall that parts rooms, and
-# of one around the building, which has windows
-FILLED, GLAZED = -3.0, math.log(0.8)
+# an opening without a leaf is filled within a wall's depth: nats, of a wall that parts rooms, and
+# the probability of it in one around the building, which has windows
+FILLED, GLAZED = -3.0, 0.8
 WALL_GOES_ON = np.log(0.5)  # nats: what seems open is wall
 NEARLY_CLOSED = np.radians(10.0)  # up to which what is in a leaf's place fills the opening
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
@@ -63,7 +63,7 @@ TWIN_STD, TWIN_BEARING_STD = 0.01, np.radians(0.7)  # m, rad: the leaves of a do
 def log_filled(opening: Opening) -> float:
     """Log-probability that an opening without a leaf is filled within its wall's depth."""
     inner = opening.p_inner
-    return math.log(inner * math.exp(FILLED) + (1.0 - inner) * math.exp(GLAZED))
+    return math.log(inner * math.exp(FILLED) + (1.0 - inner) * GLAZED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,9 +105,7 @@ class Opening:
     start: FloatArray  # (2,) m, one jamb
     end: FloatArray  # (2,) m, the other
     p_wall: float = 1.0  # probability that its line is a wall there
-    p_inner: float = (
-        1.0  # probability that this wall parts two rooms, and isn't around the building
-    )
+    p_inner: float = 1.0  # probability that this wall parts rooms, and isn't around all of them
 
     @property
     def p_doorway(self) -> float:

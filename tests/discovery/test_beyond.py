@@ -15,8 +15,6 @@ from objstate.discovery.walls import Opening
 from objstate.geometry import compose
 
 CELL, SIDE, WALL = 0.05, 600, 100  # m of a cell; cells along each side, and before the wall
-
-
 NO_BEAMS = Beams.of([])
 
 
