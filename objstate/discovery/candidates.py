@@ -80,7 +80,7 @@ def find_doors(
     in_each: Each = map,
 ) -> Finding:
     """Doors of a map in what drives saw; ``in_each`` may share the work out over processes."""
-    lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
+    lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams, plan)
     open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
     passed_over = [each for each in open_ if each.p_wall < LEAST]
     in_walls = [each for each in open_ if each.p_wall >= LEAST]

@@ -11,7 +11,6 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
-from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import Behind, Leaf, log_joint
 from objstate.discovery.things import Hung, bare, things_of, walls_on
 from objstate.geometry import wrap
@@ -24,6 +23,7 @@ LOG_HINGED = np.log(1.0 - SLIDING) + np.log([5.0 / 6.0 / 4.0, 1.0 / 6.0 / 2.0])
 LOG_SLIDING = np.log(SLIDING) + np.log([0.5 / 2.0, 0.5])
 REFINED, REFINED_SLIDING = 6, 2  # leaves
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
+SHARED_PLACE_STD = 0.02  # m, of the robot in the map, likewise
 SHARED_WIDTH_STD = 0.012  # m, of a width, which all looks share: what readings of both jambs do
 
 
@@ -219,7 +219,7 @@ def _with_others(best: Refined, found: list[Refined], cell: float) -> Refined:
 
     All looks share where the map's cells, m, and the robot in it are off.
     """
-    place = np.hypot(cell / np.sqrt(12.0), PLACE_STD)
+    place = np.hypot(cell / np.sqrt(12.0), SHARED_PLACE_STD)
     shared = np.diag(np.square([place, place, 0.0, SHARED_WIDTH_STD]))
     alike = [each for each in found if each.leaf.kind == best.leaf.kind]
     log = np.array([each.log_evidence for each in alike])

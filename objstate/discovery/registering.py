@@ -1,55 +1,181 @@
-"""Scans are registered to the walls that all of them show, so that they agree about the rest.
+"""Scans are registered to each other and to the map, so that they agree about where surfaces are.
 
-The filter knows a pose to a centimetre or two, while what a look tells of a leaf is as sure as a
-hundred readings of 2 cm noise. So lines and poses are adjusted in turns: lines to all readings
-(``walls.fitted``), then each scan's pose to the lines by weighted least squares, point to line
-(Chen and Medioni 1992), about the filter's pose.
+The filter knows a pose to some centimetres, along a corridor less well, while what a look tells of
+a leaf is as sure as a hundred readings of 2 cm noise. So the surfaces that readings show are summed
+up in squares of the floor, by a normal distribution in each (Biber and Strasser 2003), and the
+poses of all scans and the places of all surfaces are adjusted to each other (Lu and Milios 1997).
+The map is one more scan, which stays where it is.
+
+Only surfaces tell that the map shows as well: leaves, furniture and people move. Of a square only
+the normal of a flat surface tells, since of a corner each scan sees other parts.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import WallLine, fitted, on_lines
-from objstate.geometry import FloatArray
+from objstate.discovery.walls import WallLine, fitted, shown_at
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
 
-ROUNDS = 3
-PLACE_STD, TURN_STD = 0.02, np.radians(0.3)  # m, rad: of a scan's pose, as the filter has it
-READING_STD = 0.02  # m, of a reading about its wall
-OUTLIER = 0.04  # m, from a wall on at which a reading counts by half
+if TYPE_CHECKING:
+    from scipy import ndimage, sparse
+    from scipy.sparse import linalg
+else:
+    ndimage, sparse = Later("scipy.ndimage"), Later("scipy.sparse")
+    linalg = Later("scipy.sparse.linalg")
+
+PLACE_STD, TURN_STD = 0.08, np.radians(1.0)  # m, rad: of a scan's pose, as the filter has it
+SIDES = 0.3, 0.3, 0.2, 0.15, 0.15  # m, of squares, in turn
+SHIFTS = np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [0.5, 0.5]])  # squares overlap
+FEWEST = 10  # readings in a square
+READING_STD = 0.02  # m, of a reading about its surface
+CELL_STD = 0.03  # m, of a map's cell about it
+FLAT = 0.5  # of the variance along a surface: across it, from which on it has no normal
+OUTLIER = 2.0  # deviations at which a reading counts by half
 TOLD = 100.0  # readings of a scan that tell something of their own
+NEAR_MAP = 0.2  # m from the next occupied cell of the map up to which it shows a surface
+ACCURACY, MOST_STEPS = 1e-3, 100  # relative, of the solution, and steps to it
 
 
-def registered(lines: list[WallLine], beams: Beams) -> tuple[list[WallLine], Beams]:
-    """Lines and beams that agree."""
-    lines = fitted(lines, beams)
-    for _ in range(ROUNDS):
-        beams = _to_lines(lines, beams)
-        lines = fitted(lines, beams)
-    return lines, beams
+def registered(
+    lines: list[WallLine], beams: Beams, plan: OccupancyMap
+) -> tuple[list[WallLine], Beams]:
+    """Lines and beams that agree with each other, and on average with a map."""
+    corners: FloatArray = np.argwhere(plan.occupied)[:, ::-1].astype(float)
+    cells = plan.to_building(corners + np.float64(0.5))
+    off = ndimage.distance_transform_edt(~plan.occupied, sampling=plan.resolution)
+    is_near, moved = np.asarray(off <= NEAR_MAP), np.zeros((len(beams.scans) - 1, 3))
+    for side in SIDES:
+        by = _adjustment(beams, plan, is_near, cells, moved, side)
+        beams, moved = _moved(beams, by), moved + by
+    return fitted(lines, beams), beams
 
 
-def _to_lines(lines: list[WallLine], beams: Beams) -> Beams:
-    """The beams with each scan's pose fitted to the lines."""
-    index, of, aside = on_lines(lines, beams, 3.0 * OUTLIER)
-    normals = np.array([line.normal for line in lines])[of]
-    scan = beams.scan[index]
-    reach = beams.ranges[index, None] * beams.directions[index]
-    slopes = np.column_stack([normals, normals[:, 1] * reach[:, 0] - normals[:, 0] * reach[:, 1]])
-    weights = 1.0 / (1.0 + (aside / OUTLIER) ** 2) / READING_STD**2
-    counts = np.bincount(scan, minlength=int(beams.scan.max()) + 1)
-    weights *= np.minimum(TOLD / np.maximum(counts, 1), 1.0)[scan]
-    information = np.zeros((len(counts), 3, 3)) + np.diag(
-        1.0 / np.square([PLACE_STD, PLACE_STD, TURN_STD])
+def _adjustment(
+    beams: Beams,
+    plan: OccupancyMap,
+    is_near: BoolArray,
+    cells: FloatArray,
+    moved: FloatArray,
+    side: float,
+) -> FloatArray:
+    """(s, 3) by how much scans have to be moved, m, and turned, rad, which were ``moved`` already.
+
+    A step of robust Gauss-Newton for all scans and surfaces, in which the places of surfaces are
+    eliminated.
+    """
+    readings = beams.readings
+    told = shown_at(plan, is_near, readings.ends)
+    ends, numbers = readings.ends[told], readings.numbers[told]
+    squares = _squares(np.concatenate([ends, cells]), side)
+    square, of_cells = squares[:, : len(ends)].ravel(), squares[:, len(ends) :].ravel()
+    points, cells = np.tile(ends, (len(SHIFTS), 1)), np.tile(cells, (len(SHIFTS), 1))
+    surfaces = _Surfaces.of(points, square, int(squares.max()) + 1)
+
+    scan = np.tile(beams.scan[numbers], len(SHIFTS))
+    most = TOLD / np.maximum(np.bincount(scan, minlength=len(moved)) / len(SHIFTS), TOLD)
+    aside, weight = surfaces.told(points, square, READING_STD)
+    weight *= most[scan]
+    by_map, of_map = surfaces.told(cells, of_cells, np.hypot(READING_STD, CELL_STD))
+    normal = surfaces.normal[square]
+    reach = np.tile(beams.ranges[numbers, None] * beams.directions[numbers], (len(SHIFTS), 1))
+    turn = normal[:, 1] * reach[:, 0] - normal[:, 0] * reach[:, 1]
+    slope = np.column_stack([normal, turn])
+
+    size = len(surfaces.normal)
+    known = np.bincount(square, weight, size) + np.bincount(of_cells, of_map, size)
+    pull = np.bincount(square, weight * aside, size) + np.bincount(of_cells, of_map * by_map, size)
+    prior = 1.0 / np.square([PLACE_STD, PLACE_STD, TURN_STD])
+    own = np.zeros((len(moved), 3, 3)) + np.diag(prior)
+    np.add.at(own, scan, weight[:, None, None] * slope[:, :, None] * slope[:, None, :])
+    joint = sparse.csr_matrix(
+        (
+            (weight[:, None] * slope).ravel(),
+            ((3 * scan[:, None] + np.arange(3)).ravel(), np.repeat(square, 3)),
+        ),
+        shape=(3 * len(moved), size),
     )
-    np.add.at(information, scan, weights[:, None, None] * slopes[:, :, None] * slopes[:, None, :])
-    pull = np.zeros((len(counts), 3))
-    np.add.at(pull, scan, (weights * aside)[:, None] * slopes)
-    by = -np.linalg.solve(information, pull[..., None])[..., 0]
-    return _moved(beams, np.asarray(by, dtype=float))
+    of_surfaces = joint.T.tocsr()
+    apart = 1.0 / np.maximum(known, 1e-9)
+    inverse = np.linalg.inv(own)
+
+    def left(by: FloatArray) -> FloatArray:
+        mine = np.einsum("sij,sj->si", own, by.reshape(-1, 3)).ravel()
+        return np.asarray(mine - joint @ (apart * (of_surfaces @ by)))
+
+    def roughly(right: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("sij,sj->si", inverse, right.reshape(-1, 3)).ravel())
+
+    right = joint @ (apart * pull) - (prior * moved).ravel()
+    for axis in range(3):
+        right[axis::3] -= np.bincount(scan, weight * aside * slope[:, axis], len(moved))
+    shape = 2 * (3 * len(moved),)
+    by, _ = linalg.cg(
+        linalg.LinearOperator(shape, left, dtype=float),
+        right,
+        M=linalg.LinearOperator(shape, roughly, dtype=float),
+        rtol=ACCURACY,
+        maxiter=MOST_STEPS,
+    )
+    return np.asarray(by).reshape(-1, 3)
+
+
+def _squares(points: FloatArray, side: float) -> IntArray:
+    """(shifts, n) the number of the square in which each of some points (n, 2) lies."""
+    at = np.floor(points / side + SHIFTS[:, None]).astype(np.int64)
+    at -= at.min(axis=(0, 1))
+    width, height = at.max(axis=(0, 1)) + 1
+    key = (np.arange(len(SHIFTS))[:, None] * height + at[..., 1]) * width + at[..., 0]
+    return np.asarray(np.unique(key, return_inverse=True)[1]).reshape(key.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class _Surfaces:
+    """The surface in each of some squares."""
+
+    middle: FloatArray  # (k, 2) m
+    normal: FloatArray  # (k, 2) unit vectors
+    variance: FloatArray  # (k,) m², across it
+    flatness: FloatArray  # (k,) from 0, where it has no normal, to 1
+
+    @staticmethod
+    def of(points: FloatArray, square: IntArray, count: int) -> _Surfaces:
+        """Those of points (n, 2) in squares (n,)."""
+        number = np.bincount(square, minlength=count)
+        some = np.maximum(number, 1)
+        sums = [np.bincount(square, each, count) for each in points.T]
+        middle: FloatArray = np.column_stack(sums) / some[:, None]
+        x, y = (points - middle[square]).T
+        xx, xy, yy = (np.bincount(square, each, count) / some for each in (x * x, x * y, y * y))
+        across = (xx + yy) / 2.0 - np.hypot((xx - yy) / 2.0, xy)
+        along = xx + yy - across
+        angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)  # of the surface
+        noise = READING_STD**2
+        flatness = np.clip(1.0 - (across + noise) / (FLAT * (along + noise)), 0.0, 1.0)
+        return _Surfaces(
+            middle,
+            np.column_stack([-np.sin(angle), np.cos(angle)]),
+            across,
+            np.where(number >= FEWEST, flatness, 0.0),
+        )
+
+    def told(
+        self, points: FloatArray, square: IntArray, std: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """How far points (n, 2) of a deviation lie from the surfaces of their squares (n,), m.
+
+        And their weights (n,), 1/m²; each point is in as many squares as there are shifts.
+        """
+        aside = ((points - self.middle[square]) * self.normal[square]).sum(axis=1)
+        variance = self.variance[square] + std**2
+        robust = 1.0 + np.square(aside / OUTLIER) / variance
+        return aside, self.flatness[square] / (robust * variance * len(SHIFTS))
 
 
 def _moved(beams: Beams, by: FloatArray) -> Beams:

@@ -20,11 +20,10 @@ from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray
 
 # Log densities, 1/(m3 rad), of place, direction and length of something straight that is no leaf:
-PLUG = 14.5  # it fills a doorway, such as a shelf, at some depth
+PLUG = 9.0  # it fills a doorway, such as a shelf, at any depth: as a leaf would
 SHOWN = 12.0  # the map shows it, as well as maps do
 ALONG_WALL = 5.0  # it is a piece of a wall
 GAP = -3.0  # nats: the map lacks a thing, or a piece of a wall
-WALLS_OFF, WALL_ASIDE = (-0.03, 0.0, 0.03), 0.03  # m, of a wall's face from its line
 SAME_WALL = 0.04  # m aside
 SAME_TURN = np.radians(4.0)  # between angles of a leaf that may be one thing
 MOST_TURNS = 3  # of a leaf that is none, but things at all these angles
@@ -81,17 +80,10 @@ def _of_first_line(place: Doorway) -> list[Opening]:
 
 
 def walls_on(place: Doorway) -> list[Thing]:
-    """Pieces of wall that the map may lack: in the place of each opening, and on either side of it.
-
-    In an opening its face may lie a little off its line.
-    """
+    """Pieces of wall that the map may lack, on either side of each opening."""
     found = []
     for opening in _of_first_line(place):
-        start, bearing = opening.jamb(False)
-        inward = place.inward(start, bearing)
-        for off in WALLS_OFF:
-            face = np.array([[*(start + (HALF + off) * inward), bearing, opening.width]])
-            found.append((GAP - 0.5 * (off / WALL_ASIDE) ** 2, face))
+        inward = place.inward(*opening.jamb(False))
         for jamb, away in (opening.jamb(False), opening.jamb(True)):
             far = place.radius - opening.width / 2.0
             found.append((GAP, np.array([[*(jamb + HALF * inward), away + np.pi, far]])))
