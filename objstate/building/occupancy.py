@@ -76,6 +76,10 @@ class OccupancyMap:
         occupied[row, column], free[row, column] = False, True
         return replace(self, occupied=occupied, free=free)
 
+    def moved(self, shift: FloatArray) -> OccupancyMap:
+        """The map elsewhere in the building, by (2,) m."""
+        return replace(self, origin=self.origin + np.append(shift, 0.0))
+
     def to_cells(self, points: FloatArray) -> FloatArray:
         """Points (n, 2) in cells (column, row) from points (n, 2) m in the building."""
         poses = np.column_stack([points, np.zeros(len(points))])

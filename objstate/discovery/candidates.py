@@ -162,7 +162,7 @@ def _explained_away(
     for each in best.leaves:
         left[ended_on(place, beams, turned(each.leaf, each.angles))] = False
         if each.drawn is not None:
-            plan = plan.without(each.drawn.points)
+            plan = plan.without(each.drawn.points - best.shift)
     return plan
 
 

@@ -13,7 +13,7 @@ from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
 from objstate.discovery.scoring import Behind, Leaf, log_joint
 from objstate.discovery.things import Hung, bare, things_of, walls_on
-from objstate.geometry import wrap
+from objstate.geometry import FloatArray, wrap
 
 DOOR = 0.5  # probability that an opening of a wall has a leaf
 # Shares of doors: one in twenty slides, and of these every other one has two leaves. Of others one
@@ -36,6 +36,7 @@ class Explained:
     probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
+    shift: FloatArray  # (2,) m, of the map about it
 
     @property
     def log_odds(self) -> float:
@@ -50,10 +51,11 @@ class Explained:
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
+    place, shift = settled(place, plan)
+    plan = plan.moved(shift)
     shown = Shown.about(place, plan)
-    place, shift = settled(place, shown)
-    about, rough = Backgrounds.of(place, shown, shift), place.rough
-    roughly, found = Backgrounds.of(rough, shown, shift).cleared, list[Refined]()
+    about, rough = Backgrounds.of(place, shown), place.rough
+    roughly, found = Backgrounds.of(rough, shown).cleared, list[Refined]()
     for number, leaf in _tried(rough, shown, roughly):
         refined = _refined(about, about.cleared[leaf.about][number], leaf)
         if refined is not None:
@@ -70,7 +72,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         return None
     found += [each for _, both in pairs for each in both]
     things = things_of(place, [*((each,) for each in found), *(both for _, both in pairs)])
-    things += walls_on(place)
+    things += walls_on(place, plan)
     doors = [Hung.of(place, log, leaves, things) for log, leaves in several]
     best = max(doors, key=lambda door: door.log_evidence)
     all_log = float(np.logaddexp.reduce([door.log_evidence for door in doors]))
@@ -88,6 +90,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         probability=float(1.0 / (1.0 + np.exp(-np.clip(door - without, -50, 50)))),
         log_door=door,
         log_bare=without,
+        shift=shift,
     )
 
 

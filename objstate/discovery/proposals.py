@@ -15,6 +15,7 @@ from objstate.discovery import kernels
 from objstate.discovery.doorway import (
     DEEP,
     FILLED_SHARE,
+    MARGIN,
     ON_LEAF,
     Cells,
     Doorway,
@@ -36,7 +37,10 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
-SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
+# m, across a wall and along it, of the map
+SHIFTS = np.stack(
+    np.meshgrid(np.arange(-0.06, 0.061, 0.015), np.arange(-0.06, 0.061, 0.03)), axis=-1
+).reshape(-1, 2)
 SHIFT_STD, LOOK_STD = 0.03, 0.015  # m, of the map, and of a look
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer to the wall's line may be the wall
@@ -108,27 +112,28 @@ class Shown:
     @staticmethod
     def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
-        cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
+        cells, openings = Cells.about(plan, place.middle, place.radius + MARGIN), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [_filling(cells, opening) for opening in openings]
         leaves = [_leaves(cells, opening, place) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
 
-def settled(place: Doorway, shown: Shown) -> tuple[Doorway, FloatArray]:
-    """A doorway whose looks fit the map best across the wall, and the shift (4,) m of the map's walls.
+def settled(place: Doorway, plan: OccupancyMap) -> tuple[Doorway, FloatArray]:
+    """A doorway whose looks fit the map best, and the shift (2,) m of the map there that does.
 
     Where the robot was in each look is off by some more.
     """
     bearing = place.openings[0].bearing
-    across = np.array([-np.sin(bearing), np.cos(bearing)])
-    segments, shifts = shown.cells.segments(), SHIFTS[:, None] * np.tile(across, 2)
-    fits = np.array([background(place, segments + shift, is_fitted=False)[1] for shift in shifts])
-    total = fits.sum(axis=1) - 0.5 * (SHIFTS / SHIFT_STD) ** 2
-    best = int(np.argmax(total))
-    own = SHIFTS - SHIFTS[best]
-    each = np.argmax(fits - 0.5 * (own / LOOK_STD)[:, None] ** 2, axis=0)
-    return place.moved(-own[each][:, None] * across), shifts[best]
+    along = np.array([np.cos(bearing), np.sin(bearing)])
+    segments = Cells.about(plan, place.middle, place.radius + MARGIN).segments()
+    shifts = SHIFTS @ np.array([[-along[1], along[0]], along])
+    moved = (segments + np.tile(shift, 2) for shift in shifts)
+    fits = np.array([background(place, each, is_fitted=False)[1] for each in moved])
+    best = int(np.argmax(fits.sum(axis=1) - 0.5 * np.square(SHIFTS / SHIFT_STD).sum(axis=1)))
+    own = np.square((SHIFTS - SHIFTS[best]) / LOOK_STD).sum(axis=1)
+    each = np.argmax(fits - 0.5 * own[:, None], axis=0)
+    return place.moved(shifts[best] - shifts[each]), shifts[best]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,16 +142,15 @@ class Backgrounds:
 
     place: Doorway
     shown: Shown
-    shift: FloatArray  # (4,) m, of the map's walls
     as_is: Behind
     # by opening, without what the map shows in the doorway, and without leaves there too
     cleared: dict[int, list[Behind]]
 
     @staticmethod
-    def of(place: Doorway, shown: Shown, shift: FloatArray) -> Backgrounds:
+    def of(place: Doorway, shown: Shown) -> Backgrounds:
         """Those of one."""
-        as_is = Behind(*background(place, shown.cells.segments() + shift))
-        found = Backgrounds(place, shown, shift, as_is, {})
+        as_is = Behind(*background(place, shown.cells.segments()))
+        found = Backgrounds(place, shown, as_is, {})
         for about, leaves in enumerate(shown.leaves):
             both = [[leaves[one], leaves[other]] for one, other in shown.both(about)]
             variants = [[], *([leaf] for leaf in leaves), *both]
@@ -170,7 +174,7 @@ class Backgrounds:
             else:
                 drawn.append(filling)
         taken |= on_leaf
-        expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
+        expected, log_likelihood = background(self.place, cells.segments(taken))
         left = cells.middles[~taken]
         return Behind(expected, log_likelihood, tuple(drawn), self.as_is, cells=left)
 

@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.lattice import chained
 from objstate.discovery.modes import Refined
 from objstate.discovery.scoring import HALF, NEARLY_CLOSED, Behind, turned, with_things
-from objstate.discovery.walls import Opening
+from objstate.discovery.walls import Opening, shown_at
 from objstate.geometry import FloatArray
 
 # Log densities, 1/(m3 rad), of place, direction and length of something straight that is no leaf:
@@ -24,7 +25,11 @@ PLUG = 9.0  # it fills a doorway, such as a shelf, at any depth: as a leaf would
 SHOWN = 12.0  # the map shows it, as well as maps do
 ALONG_WALL = 5.0  # it is a piece of a wall
 GAP = -3.0  # nats: the map lacks a thing, or a piece of a wall
+WALLS_OFF, WALL_ASIDE = (-0.03, 0.0, 0.03), 0.03  # m, of a wall's face from its line
 SAME_WALL = 0.04  # m aside
+# An opening is a way through if the map has floor on both sides of it, so far from its line, beyond
+# niches, over half of its width. A wall that is there can't be what the map lacks.
+BESIDE_WAY, WAY_THROUGH = np.array([0.35, 0.45]), 0.5  # m, 1
 SAME_TURN = np.radians(4.0)  # between angles of a leaf that may be one thing
 MOST_TURNS = 3  # of a leaf that is none, but things at all these angles
 MOST_THINGS = 3  # that stand about a doorway
@@ -79,15 +84,33 @@ def _of_first_line(place: Doorway) -> list[Opening]:
     return [each for each, aside in pairs if abs(float(aside[0])) < SAME_WALL]
 
 
-def walls_on(place: Doorway) -> list[Thing]:
-    """Pieces of wall that the map may lack, on either side of each opening."""
+def walls_on(place: Doorway, plan: OccupancyMap) -> list[Thing]:
+    """Pieces of wall that the map may lack: in the place of each opening, and on either side of it.
+
+    In an opening its face may lie a little off its line. Where the map shows a way through it, there
+    is no wall.
+    """
     found = []
     for opening in _of_first_line(place):
-        inward = place.inward(*opening.jamb(False))
+        start, bearing = opening.jamb(False)
+        inward = place.inward(start, bearing)
+        for off in () if _is_way(opening, plan) else WALLS_OFF:
+            face = np.array([[*(start + (HALF + off) * inward), bearing, opening.width]])
+            found.append((GAP - 0.5 * (off / WALL_ASIDE) ** 2, face))
         for jamb, away in (opening.jamb(False), opening.jamb(True)):
             far = place.radius - opening.width / 2.0
             found.append((GAP, np.array([[*(jamb + HALF * inward), away + np.pi, far]])))
     return found
+
+
+def _is_way(opening: Opening, plan: OccupancyMap) -> bool:
+    """Whether a map shows floor on both sides of an opening."""
+    way = (opening.end - opening.start) / opening.width
+    along = np.arange(plan.resolution / 2.0, opening.width, plan.resolution)
+    across = np.stack([BESIDE_WAY, -BESIDE_WAY])[..., None] * np.array([-way[1], way[0]])
+    points = opening.start + along[:, None, None, None] * way + across  # (along, 2, away, 2)
+    free = shown_at(plan, plan.free, points.reshape(-1, 2)).reshape(points.shape[:-1])
+    return bool(free.all(axis=(1, 2)).mean() > WAY_THROUGH)
 
 
 @dataclass(frozen=True, eq=False)

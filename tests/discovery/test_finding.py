@@ -647,7 +647,7 @@ def test_what_lies_where_a_leaf_is_found_is_no_leaf_if_it_is_a_piece_of_a_wall(
     place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
     place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
     shown = Shown.about(place, plan)
-    about = Backgrounds.of(place, shown, np.zeros(4))
+    about = Backgrounds.of(place, shown)
     wall = WallLine(np.array([2.02, 1.0]), np.array([0.0, 1.0]), 5.0, ((0.0, 5.0),))
     about = replace(about, place=replace(place, walls=[wall] if is_wall else []))
     ((number, its),) = ((n, each) for n, each in shown.proposed(place) if not each.from_end)
@@ -663,7 +663,7 @@ def test_what_fills_an_opening_beside_an_open_leaf_is_no_leaf(turn: float) -> No
     place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
     place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
     place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
-    closed, opened = Backgrounds.of(place, Shown.about(place, plan), np.zeros(4)).cleared[0]
+    closed, opened = Backgrounds.of(place, Shown.about(place, plan)).cleared[0]
     background = opened if turn else closed
     assert {round(abs(np.degrees(each.turn))) for each in background.drawn} == {turn}
     filling = np.array([2.5, 1.025])
@@ -785,7 +785,7 @@ def test_an_opening_that_an_accepted_leaf_closes_holds_no_other(
             )[: 2 if width > 1.5 else 1]
         )
         log_odds = told[width].pop(0)
-        return Explained(leaves, 1.0, 1.0 / (1.0 + np.exp(-log_odds)), log_odds, 0.0)
+        return Explained(leaves, 1.0, 1.0 / (1.0 + np.exp(-log_odds)), log_odds, 0.0, np.zeros(2))
 
     monkeypatch.setattr(candidates, "explain", explained)
     off_walls = Opening(np.array([8.0, 5.0]), np.array([8.9, 5.0]), p_wall=0.01)
