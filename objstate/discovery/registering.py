@@ -13,7 +13,8 @@ the normal of a flat surface tells, since of a corner each scan sees other parts
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,7 @@ FLAT = 0.5  # of the variance along a surface: across it, from which on it has n
 OUTLIER = 2.0  # deviations at which a reading counts by half
 TOLD = 100.0  # readings of a scan that tell something of their own
 NEAR_MAP = 0.2  # m from the next occupied cell of the map up to which it shows a surface
+LEAST_KNOWN = 1e-9  # 1/m², of a surface's place
 ACCURACY, MOST_STEPS = 1e-3, 100  # relative, of the solution, and steps to it
 
 
@@ -79,47 +81,65 @@ def _adjustment(
     surfaces = _Surfaces.of(points, square, int(squares.max()) + 1)
 
     scan = np.tile(beams.scan[numbers], len(SHIFTS))
+    reach = np.tile(beams.ranges[numbers, None] * beams.directions[numbers], (len(SHIFTS), 1))
     most = TOLD / np.maximum(np.bincount(scan, minlength=len(moved)) / len(SHIFTS), TOLD)
     aside, weight = surfaces.told(points, square, READING_STD)
-    weight *= most[scan]
-    by_map, of_map = surfaces.told(cells, of_cells, np.hypot(READING_STD, CELL_STD))
     normal = surfaces.normal[square]
-    reach = np.tile(beams.ranges[numbers, None] * beams.directions[numbers], (len(SHIFTS), 1))
     turn = normal[:, 1] * reach[:, 0] - normal[:, 0] * reach[:, 1]
     slope = np.column_stack([normal, turn])
+    by_map = surfaces.told(cells, of_cells, np.hypot(READING_STD, CELL_STD))
+    seen = _Residuals(scan, square, aside, weight * most[scan], slope)
+    return _solved(seen, moved, _pull(of_cells, *by_map, len(surfaces.normal)))
 
-    size = len(surfaces.normal)
-    known = np.bincount(square, weight, size) + np.bincount(of_cells, of_map, size)
-    pull = np.bincount(square, weight * aside, size) + np.bincount(of_cells, of_map * by_map, size)
+
+class _Residuals(NamedTuple):
+    """How far readings lie from their surfaces."""
+
+    scan: IntArray  # (n,)
+    square: IntArray  # (n,)
+    aside: FloatArray  # (n,) m
+    weight: FloatArray  # (n,) 1/m²
+    slope: FloatArray  # (n, 3) of that, by how a scan is moved and turned
+
+
+def _pull(
+    square: IntArray, aside: FloatArray, weight: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """What points tell of the places of surfaces (count,): information 1/m², and its pull 1/m."""
+    known, pull = (np.bincount(square, each, count) for each in (weight, weight * aside))
+    return known.astype(float), pull.astype(float)
+
+
+def _solved(
+    seen: _Residuals, moved: FloatArray, by_map: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """(s, 3) moves of scans that fit readings, the map and the prior best, by conjugate gradients."""
+    scan, square, aside, weight, slope = seen
+    scans, count = len(moved), len(by_map[0])
+    known, pull = np.add(by_map, _pull(square, aside, weight, count))
     prior = 1.0 / np.square([PLACE_STD, PLACE_STD, TURN_STD])
-    own = np.zeros((len(moved), 3, 3)) + np.diag(prior)
+    own = np.zeros((scans, 3, 3)) + np.diag(prior)
     np.add.at(own, scan, weight[:, None, None] * slope[:, :, None] * slope[:, None, :])
-    joint = sparse.csr_matrix(
-        (
-            (weight[:, None] * slope).ravel(),
-            ((3 * scan[:, None] + np.arange(3)).ravel(), np.repeat(square, 3)),
-        ),
-        shape=(3 * len(moved), size),
-    )
+    rows, columns = (3 * scan[:, None] + np.arange(3)).ravel(), np.repeat(square, 3)
+    values = (weight[:, None] * slope).ravel()
+    joint = sparse.csr_matrix((values, (rows, columns)), shape=(3 * scans, count))
     of_surfaces = joint.T.tocsr()
-    apart = 1.0 / np.maximum(known, 1e-9)
-    inverse = np.linalg.inv(own)
+    apart = 1.0 / np.maximum(known, LEAST_KNOWN)
+    inverse: FloatArray = np.linalg.inv(own).astype(float)
+
+    def times(blocks: FloatArray, by: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("sij,sj->si", blocks, by.reshape(-1, 3)).ravel())
 
     def left(by: FloatArray) -> FloatArray:
-        mine = np.einsum("sij,sj->si", own, by.reshape(-1, 3)).ravel()
-        return np.asarray(mine - joint @ (apart * (of_surfaces @ by)))
-
-    def roughly(right: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("sij,sj->si", inverse, right.reshape(-1, 3)).ravel())
+        return np.asarray(times(own, by) - joint @ (apart * (of_surfaces @ by)))
 
     right = joint @ (apart * pull) - (prior * moved).ravel()
-    for axis in range(3):
-        right[axis::3] -= np.bincount(scan, weight * aside * slope[:, axis], len(moved))
-    shape = 2 * (3 * len(moved),)
+    right -= np.bincount(rows, np.repeat(aside, 3) * values, 3 * scans)
+    shape = 2 * (3 * scans,)
     by, _ = linalg.cg(
         linalg.LinearOperator(shape, left, dtype=float),
         right,
-        M=linalg.LinearOperator(shape, roughly, dtype=float),
+        M=linalg.LinearOperator(shape, partial(times, inverse), dtype=float),
         rtol=ACCURACY,
         maxiter=MOST_STEPS,
     )
