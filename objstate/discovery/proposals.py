@@ -114,7 +114,7 @@ class Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + MARGIN), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
-        filling = [_filling(cells, opening) for opening in openings]
+        filling = [_filling(cells, opening, place) for opening in openings]
         leaves = [_leaves(cells, opening, place) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
@@ -194,8 +194,12 @@ class Backgrounds:
         return self.without(leaves[0].about, shown) if shown else None
 
 
-def _filling(cells: Cells, opening: Opening) -> list[tuple[Drawn, BoolArray]]:
-    """What the map shows that fills an opening, as one leaf that is closed, or either of two."""
+def _filling(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn, BoolArray]]:
+    """What the map shows that fills an opening, as one leaf that is closed, or either of two.
+
+    It may be a piece of the opening's wall, or of another one.
+    """
+    normal = np.array([-np.sin(opening.bearing), np.cos(opening.bearing)])
     between = cells.in_doorway(opening)
     along, aside = beside(cells.middles, opening.start, opening.bearing)
     first = along < opening.width / 2.0
@@ -203,9 +207,11 @@ def _filling(cells: Cells, opening: Opening) -> list[tuple[Drawn, BoolArray]]:
     for from_end, share, half in ((None, 1.0, between), (False, 0.5, first), (True, 0.5, ~first)):
         closing = between & half
         if cells.fill(closing, opening, share):
-            start = opening.jamb(bool(from_end))[0]
-            off = float(np.median(aside[closing])) / MAP_ASIDE
-            goes_on = WALL_GOES_ON - 0.5 * off**2
+            start, bearing = opening.jamb(bool(from_end))
+            off, goes_on = float(np.median(aside[closing])), WALL_GOES_ON
+            piece = np.array([*(start + off * normal), bearing, share * opening.width])
+            if not place.is_wall(piece):
+                goes_on -= 0.5 * (off / MAP_ASIDE) ** 2
             log_none = share * min(float(np.logaddexp(log_filled(opening), goes_on)), 0.0)
             filling = Drawn(from_end, 0.0, start, share, cells.middles[closing], log_none)
             found.append((filling, closing))
