@@ -40,6 +40,7 @@ CELL_STD = 0.03  # m, of a map's cell about it
 FLAT = 0.5  # of the variance along a surface: across it, from which on it has no normal
 OUTLIER = 2.0  # deviations at which a reading counts by half
 TOLD = 100.0  # readings of a scan that tell something of their own
+KEPT = 150  # beams of a scan, of which the others tell nothing of their own
 NEAR_MAP = 0.2  # m from the next occupied cell of the map up to which it shows a surface
 LEAST_KNOWN = 1e-9  # 1/m², of a surface's place
 ACCURACY, MOST_STEPS = 1e-3, 100  # relative, of the solution, and steps to it
@@ -73,7 +74,7 @@ def _adjustment(
     eliminated.
     """
     readings = beams.readings
-    told = shown_at(plan, is_near, readings.ends)
+    told = shown_at(plan, is_near, readings.ends) & _evenly(beams)[readings.numbers]
     ends, numbers = readings.ends[told], readings.numbers[told]
     squares = _squares(np.concatenate([ends, cells]), side)
     square, of_cells = squares[:, : len(ends)].ravel(), squares[:, len(ends) :].ravel()
@@ -90,6 +91,13 @@ def _adjustment(
     by_map = surfaces.told(cells, of_cells, np.hypot(READING_STD, CELL_STD))
     seen = _Residuals(scan, square, aside, weight * most[scan], slope)
     return _solved(seen, moved, _pull(of_cells, *by_map, len(surfaces.normal)))
+
+
+def _evenly(beams: Beams) -> BoolArray:
+    """(n,) some of the beams of each scan, evenly, at least ``KEPT`` where it has more."""
+    begins, scan = beams.scans, beams.scan
+    each = np.maximum(np.diff(begins) // KEPT, 1)
+    return np.asarray((np.arange(len(scan)) - begins[scan]) % each[scan] == 0)
 
 
 class _Residuals(NamedTuple):
