@@ -76,6 +76,13 @@ class OccupancyMap:
         occupied[row, column], free[row, column] = False, True
         return replace(self, occupied=occupied, free=free)
 
+    @property
+    def middles(self) -> FloatArray:
+        """(k, 2) m of the building, of the occupied cells, row after row."""
+        rows, columns = np.nonzero(self.occupied)
+        cells: FloatArray = np.column_stack([columns, rows]) + np.float64(0.5)
+        return self.to_building(cells)
+
     def moved(self, shift: FloatArray) -> OccupancyMap:
         """The map elsewhere in the building, by (2,) m."""
         return replace(self, origin=self.origin + np.append(shift, 0.0))

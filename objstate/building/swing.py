@@ -18,7 +18,6 @@ TAIL_SHARE = 0.5  # of the tail's length that must be occupied to count as a wal
 FRAME = 0.3  # m; largest difference of the widths of a doorway and its leaf
 GAP = 0.4  # m without a cell that part a doorway's other side from a leaf
 FULL, EMPTY = 0.8, 0.2  # shares of a leaf's length with and without a wall
-CELL_MIDDLE = np.array([0.5, 0.5])  # cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +74,7 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     """
     tolerance = thickness / 2 + SMEAR * plan.resolution
     rows, columns = np.nonzero(plan.occupied)
-    cells = plan.to_building(np.column_stack([columns, rows]) + CELL_MIDDLE)
-    turn, reach = _polar(cells - door.hinge, door)
+    turn, reach = _polar(plan.middles - door.hinge, door)
     along, aside = _beside(turn, reach)
     is_wall, beyond = _walls_in_line(turn, reach, door, tolerance, plan.resolution)
     in_place = np.abs(aside) <= tolerance

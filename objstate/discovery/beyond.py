@@ -9,7 +9,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import beside
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import Opening, shown_at
+from objstate.discovery.walls import Opening, shown_beside
 
 ABOUT = 10.0  # m of the wall to either side of an opening
 BEYOND = 0.35  # m from the wall's line, from where on nothing is the wall, or a niche of it
@@ -37,19 +37,17 @@ def with_rooms_beyond(found: list[Opening], plan: OccupancyMap, beams: Beams) ->
 
 def _shows_both_sides(plan: OccupancyMap, opening: Opening) -> bool:
     """Whether a map shows floor on both sides of a wall."""
-    step = plan.resolution
-    way = (opening.end - opening.start) / opening.width
-    along = np.arange(-ABOUT, opening.width + ABOUT, step)[:, None, None] * way
-    away = np.arange(BEYOND, FLOOR, step)[:, None] * np.array([-way[1], way[0]])
-    points = opening.start + along + np.stack([away, -away])[:, None]  # (2, along, away, 2)
-    free = shown_at(plan, plan.free, points.reshape(-1, 2))
-    deep = np.count_nonzero(free.reshape(points.shape[:-1]), axis=-1)
-    return bool(((deep >= FEWEST).mean(axis=1) > FLOOR_SHARE).all())
+    places = np.arange(-ABOUT, opening.width + ABOUT, plan.resolution)
+    away = np.arange(BEYOND, FLOOR, plan.resolution)
+    asides = np.concatenate([away, -away])
+    free = shown_beside(plan, plan.free, opening.start, opening.along, places, asides)
+    deep = np.count_nonzero(free.reshape(len(places), 2, -1), axis=-1)
+    return bool(((deep >= FEWEST).mean(axis=0) > FLOOR_SHARE).all())
 
 
 def _reach_both_sides(beams: Beams, opening: Opening) -> bool:
     """Whether beams end on both sides of a wall."""
-    way = (opening.end - opening.start) / opening.width
+    way = opening.along
     readings = beams.readings
     about = readings.nearby.strip(opening.start - ABOUT * way, opening.end + ABOUT * way, FAR)
     along, aside = beside(readings.ends[about], opening.start, opening.bearing)

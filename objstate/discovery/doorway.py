@@ -88,7 +88,7 @@ class Doorway:
     @property
     def rough(self) -> Doorway:
         """The same with fewer beams."""
-        kept = _thinned(self.group, ROUGH)
+        kept = thinned(self.group, ROUGH)
         beams = np.ascontiguousarray(self.beams[:, kept])
         return replace(
             self, beams=beams, group=self.group[kept], exponents=exponents(self.group[kept])
@@ -135,7 +135,7 @@ def exponents(group: IntArray) -> FloatArray:
     return np.asarray(np.minimum(TOLD / np.maximum(np.bincount(group), 1), 1.0))
 
 
-def _thinned(group: IntArray, most: int) -> IntArray:
+def thinned(group: IntArray, most: int) -> IntArray:
     """Numbers of beams (n,), about evenly as many as ``most`` of each group; groups in a row."""
     every = np.maximum(np.bincount(group) // most, 1)[group]
     rank = np.arange(len(group)) - np.searchsorted(group, group)
@@ -174,7 +174,7 @@ def doorway(
         inside, past = inside[left[inside]], past[left[inside]]
     group, stays = _looks(beams, inside)
     chosen = np.flatnonzero(group >= 0)
-    chosen = chosen[_thinned(group[chosen], FINE)]
+    chosen = chosen[thinned(group[chosen], FINE)]
     index = inside[chosen]
     first = np.unique(group[chosen], return_index=True)[1]
     last = np.append(first[1:], len(index))[: len(first)] - 1

@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
+from objstate.discovery.doorway import thinned
 from objstate.discovery.gathering import Beams
 from objstate.discovery.walls import WallLine, fitted, shown_at
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later
 
 if TYPE_CHECKING:
@@ -50,32 +51,27 @@ def registered(
     lines: list[WallLine], beams: Beams, plan: OccupancyMap
 ) -> tuple[list[WallLine], Beams]:
     """Lines and beams that agree with each other, and on average with a map."""
-    corners: FloatArray = np.argwhere(plan.occupied)[:, ::-1].astype(float)
-    cells = plan.to_building(corners + np.float64(0.5))
     off = ndimage.distance_transform_edt(~plan.occupied, sampling=plan.resolution)
-    is_near, moved = np.asarray(off <= NEAR_MAP), np.zeros((len(beams.scans) - 1, 3))
+    is_near, cells = np.asarray(off <= NEAR_MAP), plan.middles
+    kept = thinned(beams.scan, KEPT)
+    kept = kept[np.isfinite(beams.ranges[kept])]
+    moved = np.zeros((len(beams.scans) - 1, 3))
     for side in SIDES:
-        by = _adjustment(beams, plan, is_near, cells, moved, side)
+        seen = kept[shown_at(plan, is_near, beams.ends(kept))]
+        by = _adjustment(beams, seen, cells, moved, side)
         beams, moved = _moved(beams, by), moved + by
     return fitted(lines, beams), beams
 
 
 def _adjustment(
-    beams: Beams,
-    plan: OccupancyMap,
-    is_near: BoolArray,
-    cells: FloatArray,
-    moved: FloatArray,
-    side: float,
+    beams: Beams, numbers: IntArray, cells: FloatArray, moved: FloatArray, side: float
 ) -> FloatArray:
     """(s, 3) by how much scans have to be moved, m, and turned, rad, which were ``moved`` already.
 
     A step of robust Gauss-Newton for all scans and surfaces, in which the places of surfaces are
-    eliminated.
+    eliminated; by the beams of some numbers, and the middles of a map's cells.
     """
-    readings = beams.readings
-    told = shown_at(plan, is_near, readings.ends) & _evenly(beams)[readings.numbers]
-    ends, numbers = readings.ends[told], readings.numbers[told]
+    ends = beams.ends(numbers)
     squares = _squares(np.concatenate([ends, cells]), side)
     square, of_cells = squares[:, : len(ends)].ravel(), squares[:, len(ends) :].ravel()
     points, cells = np.tile(ends, (len(SHIFTS), 1)), np.tile(cells, (len(SHIFTS), 1))
@@ -91,13 +87,6 @@ def _adjustment(
     by_map = surfaces.told(cells, of_cells, np.hypot(READING_STD, CELL_STD))
     seen = _Residuals(scan, square, aside, weight * most[scan], slope)
     return _solved(seen, moved, _pull(of_cells, *by_map, len(surfaces.normal)))
-
-
-def _evenly(beams: Beams) -> BoolArray:
-    """(n,) some of the beams of each scan, evenly, at least ``KEPT`` where it has more."""
-    begins, scan = beams.scans, beams.scan
-    each = np.maximum(np.diff(begins) // KEPT, 1)
-    return np.asarray((np.arange(len(scan)) - begins[scan]) % each[scan] == 0)
 
 
 class _Residuals(NamedTuple):

@@ -17,7 +17,7 @@ from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.lattice import chained
 from objstate.discovery.modes import Refined
 from objstate.discovery.scoring import HALF, NEARLY_CLOSED, Behind, turned, with_things
-from objstate.discovery.walls import Opening, shown_at
+from objstate.discovery.walls import Opening, shown_beside
 from objstate.geometry import FloatArray
 
 # Log densities, 1/(m3 rad), of place, direction and length of something straight that is no leaf:
@@ -29,7 +29,7 @@ WALLS_OFF, WALL_ASIDE = (-0.03, 0.0, 0.03), 0.03  # m, of a wall's face from its
 SAME_WALL = 0.04  # m aside
 # An opening is a way through if the map has floor on both sides of it, so far from its line, beyond
 # niches, over half of its width. A wall that is there can't be what the map lacks.
-BESIDE_WAY, WAY_THROUGH = np.array([0.35, 0.45]), 0.5  # m, 1
+BESIDE_WAY, WAY_THROUGH = np.array([-0.45, -0.35, 0.35, 0.45]), 0.5  # m, 1
 SAME_TURN = np.radians(4.0)  # between angles of a leaf that may be one thing
 MOST_TURNS = 3  # of a leaf that is none, but things at all these angles
 MOST_THINGS = 3  # that stand about a doorway
@@ -105,12 +105,9 @@ def walls_on(place: Doorway, plan: OccupancyMap) -> list[Thing]:
 
 def _is_way(opening: Opening, plan: OccupancyMap) -> bool:
     """Whether a map shows floor on both sides of an opening."""
-    way = (opening.end - opening.start) / opening.width
-    along = np.arange(plan.resolution / 2.0, opening.width, plan.resolution)
-    across = np.stack([BESIDE_WAY, -BESIDE_WAY])[..., None] * np.array([-way[1], way[0]])
-    points = opening.start + along[:, None, None, None] * way + across  # (along, 2, away, 2)
-    free = shown_at(plan, plan.free, points.reshape(-1, 2)).reshape(points.shape[:-1])
-    return bool(free.all(axis=(1, 2)).mean() > WAY_THROUGH)
+    places = np.arange(plan.resolution / 2.0, opening.width, plan.resolution)
+    free = shown_beside(plan, plan.free, opening.start, opening.along, places, BESIDE_WAY)
+    return bool(free.all(axis=1).mean() > WAY_THROUGH)
 
 
 @dataclass(frozen=True, eq=False)

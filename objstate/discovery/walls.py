@@ -123,6 +123,11 @@ class Opening:
         return np.asarray((self.start + self.end) / 2)
 
     @property
+    def along(self) -> FloatArray:
+        """(2,) unit vector from start to end."""
+        return np.asarray((self.end - self.start) / self.width)
+
+    @property
     def bearing(self) -> float:
         """rad, from start to end."""
         return float(np.arctan2(*(self.end - self.start)[::-1]))
@@ -178,14 +183,14 @@ def _of_each(
     lines: list[WallLine], beams: Beams, near: float
 ) -> Iterator[tuple[WallLine, FloatArray, FloatArray]]:
     """Each line, and where along and to the left of it the readings (n,) are that are its own, m."""
-    index, of, aside = on_lines(lines, beams, near)
+    index, of, aside = _on_lines(lines, beams, near)
     ends, order = beams.ends(index), np.argsort(of, kind="stable")
     parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(lines))))
     for line, mine in zip(lines, parts, strict=True):
         yield line, (ends[mine] - line.start) @ line.along, aside[mine]
 
 
-def on_lines(
+def _on_lines(
     lines: list[WallLine], beams: Beams, near: float, steep: float = STEEP
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """The beams that end near lines which they meet steeply, their lines, and m to the left of these."""
@@ -474,7 +479,7 @@ def _between_jambs(
 def _walls_of(lines: list[WallLine], beams: Beams) -> IntArray:
     """(n,) the number of the line at which each beam ends, the nearest; -1: at none."""
     out = np.full(len(beams), -1)
-    index, of, _ = on_lines(lines, beams, BESIDE, 0.0)
+    index, of, _ = _on_lines(lines, beams, BESIDE, 0.0)
     out[index] = of
     return out
 
@@ -482,11 +487,9 @@ def _walls_of(lines: list[WallLine], beams: Beams) -> IntArray:
 def _walls_of_cells(lines: list[WallLine], plan: OccupancyMap) -> IntArray:
     """(rows, columns) the number of the line on which each occupied cell lies; -1: on none."""
     out = np.full(plan.occupied.shape, -1)
-    rows, columns = np.nonzero(plan.occupied)
-    cells: FloatArray = np.column_stack([columns, rows]) + np.float64(0.5)
-    middles = plan.to_building(cells)
+    middles = plan.middles
     near, anyway = BESIDE + plan.resolution / 2, np.zeros_like(middles)
-    out[rows, columns], _ = _nearest(lines, Nearby.of(middles), middles, anyway, near, -1.0)
+    out[plan.occupied], _ = _nearest(lines, Nearby.of(middles), middles, anyway, near, -1.0)
     return out
 
 
@@ -527,9 +530,22 @@ def _at_bins(
     line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray, asides: FloatArray
 ) -> BoolArray:
     """(count, a) whether some of the map's cells are at bins of a line, so many m to its left."""
-    places = (np.arange(count) + 0.5) * BIN
-    points = line.start + places[:, None, None] * line.along + asides[:, None] * line.normal
-    return shown_at(plan, cells, points.reshape(-1, 2)).reshape(count, -1)
+    places: FloatArray = (np.arange(count) + np.float64(0.5)) * BIN
+    return shown_beside(plan, cells, line.start, line.along, places, asides)
+
+
+def shown_beside(
+    plan: OccupancyMap,
+    cells: BoolArray,
+    start: FloatArray,
+    along: FloatArray,
+    places: FloatArray,
+    asides: FloatArray,
+) -> BoolArray:
+    """(p, a) whether some of the map's cells are so far along a ray, by a unit vector, and to its left, m."""
+    normal = np.array([-along[1], along[0]])
+    points = start + places[:, None, None] * along + asides[:, None] * normal
+    return shown_at(plan, cells, points.reshape(-1, 2)).reshape(len(places), -1)
 
 
 def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolArray:

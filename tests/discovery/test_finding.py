@@ -355,7 +355,7 @@ def test_a_scan_that_was_placed_wrongly_is_registered_to_the_others(
     lines = [WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 3.0)]
     _, found = registered(lines, Beams.joined([moved(scans[0], x, y, turn), *scans[1:]]), plan)
     off, turned = off_by(found, right)
-    assert np.hypot(*(off[0] - off[1:].mean(axis=0))) < 0.01
+    assert np.hypot(*(off[0] - off[1:].mean(axis=0))) < 0.006
     assert abs(turned[0] - turned[1:].mean()) < 0.003
 
 
