@@ -115,10 +115,17 @@ def leaf_gain(
     """
     count = leaves.shape[0]
     along_x, along_y = np.cos(leaves[:, 2]), np.sin(leaves[:, 2])
+    middle_x, middle_y, radius = leaves[:, 0].mean(), leaves[:, 1].mean(), 0.0
+    for m in range(count):
+        off = np.hypot(leaves[m, 0] - middle_x, leaves[m, 1] - middle_y)
+        radius = max(radius, off + leaves[m, 3] + SOFT)
     for j in range(beams.shape[1]):
         ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
         dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
         nearest = min(max(expected[0, j], expected[1, j], expected[2, j]), beams[PAST, j])
+        x, y = middle_x - ox, middle_y - oy
+        if abs(x * dy - y * dx) > radius or x * dx + y * dy - radius > nearest + half:
+            continue
         without = -1.0
         for m in range(count):
             ux, uy = along_x[m], along_y[m]
@@ -127,13 +134,15 @@ def leaf_gain(
             if abs(aside) > width + SOFT:
                 continue
             cross = dx * uy - dy * ux
-            if abs(cross) < LEAST_CROSS:
+            sine = abs(cross)
+            if sine < LEAST_CROSS:
                 continue
-            place = aside / cross
-            met = min(place, width - place) * abs(cross) / SOFT + 0.5
+            if cross < 0.0:
+                aside = -aside
+            met = min(aside, width * sine - aside) / SOFT + 0.5
             if met <= 0.0:
                 continue
-            along = (ax * uy - ay * ux) / cross - half / abs(cross)
+            along = (ax * uy - ay * ux) / cross - half / sine
             if along <= 0.0 or along >= nearest:
                 continue
             met = min(met, 1.0)

@@ -122,10 +122,11 @@ class Lattice:
         the log-probability of what is in the way to them.
         """
         prior = self.log_prior + log_way
-        count = len(gain) // prior.shape[1]
-        nowhere = np.full((len(prior), len(gain) - prior.shape[1]), -np.inf)
-        first = np.hstack([prior + log_map, nowhere])
-        each = chained(first, np.tile(prior, count) - math.log(count), gain, stays)
+        first, count = prior + log_map, len(gain) // prior.shape[1]
+        if count > 1:
+            nowhere = np.full((len(prior), len(gain) - prior.shape[1]), -np.inf)
+            first, prior = np.hstack([first, nowhere]), np.tile(prior, count) - math.log(count)
+        each = chained(first, prior, gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
 
 

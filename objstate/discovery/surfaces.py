@@ -47,12 +47,11 @@ def cast(
         for k in range(segments.shape[0]):
             ax, ay = segments[k, 0] - ox, segments[k, 1] - oy
             ux, uy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
-            cross = dx * uy - dy * ux
-            if abs(cross) < 1e-12:
-                continue
+            cross, side = dx * uy - dy * ux, ax * dy - ay * dx
+            if side * (cross - side) < 0.0 or abs(cross) < 1e-12:
+                continue  # both ends are on the same side of the beam
             along = (ax * uy - ay * ux) / cross
-            share = (ax * dy - ay * dx) / cross
-            if 0.0 <= share <= 1.0 and 0.0 < along < nearest:
+            if 0.0 < along < nearest:
                 nearest, number = along, k
         within = nearest < beams[PAST, j]
         out[j], met[j] = (nearest, number) if within else (np.inf, -1)

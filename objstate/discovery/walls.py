@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -107,12 +108,12 @@ class Opening:
     p_wall: float = 1.0  # probability that its line is a wall there
     p_inner: float = 1.0  # probability that this wall parts rooms, and isn't around all of them
 
-    @property
+    @cached_property
     def p_doorway(self) -> float:
         """Probability of a wall, and of doors in it relative to one that parts rooms."""
         return self.p_wall * (self.p_inner + OUTER_DOORS * (1.0 - self.p_inner))
 
-    @property
+    @cached_property
     def width(self) -> float:
         """m"""
         return float(np.hypot(*(self.end - self.start)))
@@ -122,12 +123,12 @@ class Opening:
         """(2,) m"""
         return np.asarray((self.start + self.end) / 2)
 
-    @property
+    @cached_property
     def along(self) -> FloatArray:
         """(2,) unit vector from start to end."""
         return np.asarray((self.end - self.start) / self.width)
 
-    @property
+    @cached_property
     def bearing(self) -> float:
         """rad, from start to end."""
         return float(np.arctan2(*(self.end - self.start)[::-1]))
