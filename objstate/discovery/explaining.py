@@ -12,7 +12,7 @@ from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
 from objstate.discovery.scoring import Behind, Leaf, log_joint
-from objstate.discovery.things import Hung, bare, things_of, walls_on
+from objstate.discovery.things import Hung, bare, plugs_of, things_of, walls_on
 from objstate.geometry import FloatArray, wrap
 
 DOOR = 0.5  # probability that an opening of a wall has a leaf
@@ -71,17 +71,17 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     if not several:
         return None
     found += [each for _, both in pairs for each in both]
-    things = things_of(place, [*((each,) for each in found), *(both for _, both in pairs)])
-    things += walls_on(place, plan)
+    tried = [*((each,) for each in found), *(both for _, both in pairs)]
+    things = things_of(place, tried) + plugs_of(tried) + walls_on(place, plan)
     doors = [Hung.of(place, log, leaves, things) for log, leaves in several]
     best = max(doors, key=lambda door: door.log_evidence)
     all_log = float(np.logaddexp.reduce([door.log_evidence for door in doors]))
     base = float(about.as_is.log_likelihood.sum())
     door = all_log + np.log(DOOR) - base
     variants = [open_ for each in about.cleared.values() for open_ in each]
-    alone = [hung for hung in doors if len(hung.leaves) == 1]
-    if alone:  # what is behind a leaf may be there without it
-        variants.append(max(alone, key=lambda hung: hung.log_evidence).leaves[0].behind)
+    single = [door for door in doors if len(door.leaves) == 1]
+    likely = dict.fromkeys([best, max(single, key=lambda door: door.log_evidence, default=best)])
+    variants += [hung.leaves[0].behind.alone for hung in likely]  # it may be there without them
     without = bare(place, about.as_is, variants, best.as_things(place), things)
     without += np.log1p(-DOOR * max(each.p_doorway for each in place.openings)) - base
     return Explained(

@@ -149,7 +149,7 @@ class Backgrounds:
     @staticmethod
     def of(place: Doorway, shown: Shown) -> Backgrounds:
         """Those of one."""
-        as_is = Behind(*background(place, shown.cells.segments()))
+        as_is = Behind(*background(place, shown.cells.segments()), is_shown=True)
         found = Backgrounds(place, shown, as_is, {})
         for about, leaves in enumerate(shown.leaves):
             both = [[leaves[one], leaves[other]] for one, other in shown.both(about)]

@@ -48,6 +48,9 @@ NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
 USUAL_WIDTH, USUAL_WIDTH_STD = 0.85, 0.12  # m, of leaves
 OPENINGS_SPREAD = 2.0  # m, over which the widths of openings are spread evenly that have no leaf
 TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
+LOG_STUDENT = (
+    math.lgamma((TAIL + 1.0) / 2.0) - math.lgamma(TAIL / 2.0) - 0.5 * math.log(TAIL * math.pi)
+)
 # A leaf lies in that face of its wall to which it opens: at the front if it opens to the robot,
 # or as deep as the wall is thick. Few lie elsewhere.
 FRONT, FRONT_STD = 0.01, 0.03  # m
@@ -160,6 +163,13 @@ class Behind:
     may_be_right: BoolArray = field(default_factory=lambda: np.ones(1, dtype=bool), repr=False)
     # (m, 2) m, middles of the map's cells that were left
     cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
+    without_other: Behind | None = field(default=None, repr=False)  # leaf of a double door
+    is_shown: bool = False  # by the map, just so
+
+    @property
+    def alone(self) -> Behind:
+        """What there is without any leaf."""
+        return self.without_other or self
 
     @property
     def as_drawn(self) -> FloatArray:
@@ -215,6 +225,7 @@ class Behind:
             expected=expected,
             log_likelihood=place.log_likelihood(expected),
             may_be_right=self.may_be_right & is_right,
+            without_other=self.alone,
         )
 
     def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
@@ -271,18 +282,18 @@ def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:
 def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
     """(m, groups) what leaves (m, 4) at their bearings add to the log-likelihood of each look, tempered."""
     out = np.zeros((len(leaves), place.groups))
-    leaves = np.ascontiguousarray(leaves)
     kernels.leaf_gain(place.beams, behind.expected, place.group, leaves, HALF, place.model, out)
     return place.exponents * out
 
 
 def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
     """(a, 4) the leaf, open by angles (a,) or shares of its width."""
-    hinge, turn = np.tile(leaf.hinge, (len(angle), 1)), leaf.sense * angle
+    out = np.empty((len(angle), 4))
+    out[:, :2], out[:, 2], out[:, 3] = leaf.hinge, leaf.bearing + leaf.sense * angle, leaf.width
     if leaf.slides:
         along = np.array([np.cos(leaf.bearing), np.sin(leaf.bearing)])
-        hinge -= (angle * leaf.width)[:, None] * along
-    return np.column_stack([hinge, leaf.bearing + turn, np.full(len(angle), leaf.width)])
+        out[:, :2] -= (angle * leaf.width)[:, None] * along
+    return out
 
 
 def log_prior(place: Doorway, leaf: Leaf) -> float:
@@ -325,9 +336,7 @@ def _log_normal(off: float, std: float) -> float:
 
 def _log_student(off: float, std: float) -> float:
     """Log density of Student's distribution."""
-    norm = math.gamma((TAIL + 1.0) / 2.0) / math.gamma(TAIL / 2.0)
-    norm /= math.sqrt(TAIL * math.pi) * std
-    return math.log(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
+    return LOG_STUDENT - math.log(std) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
 
 
 def _log_width(width: float) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -16,7 +16,16 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.lattice import chained
 from objstate.discovery.modes import Refined
-from objstate.discovery.scoring import HALF, NEARLY_CLOSED, Behind, turned, with_things
+from objstate.discovery.scoring import (
+    HALF,
+    NEARLY_CLOSED,
+    SAME_PLACE,
+    Behind,
+    Drawn,
+    Leaf,
+    turned,
+    with_things,
+)
 from objstate.discovery.walls import Opening, shown_beside
 from objstate.geometry import FloatArray
 
@@ -34,19 +43,61 @@ SAME_TURN = np.radians(4.0)  # between angles of a leaf that may be one thing
 MOST_TURNS = 3  # of a leaf that is none, but things at all these angles
 MOST_THINGS = 3  # that stand about a doorway
 
-Thing = tuple[float, FloatArray]  # log prior; (k, 4) places of something straight, as of leaves
+Gain = TypeVar("Gain")
+
+
+class Thing(NamedTuple):
+    """Something straight that is no leaf, or several of them side by side."""
+
+    log_prior: float
+    places: FloatArray  # (k, 4) as of leaves
+    leaves: tuple[tuple[Leaf, FloatArray], ...] = ()  # that it might be, at angles (1,)
+    stays: bool = False  # a wall is there in all looks, or in none
+
+    def on(self, place: Doorway, behind: Behind) -> Behind:
+        """What there is with it; a map may show just that, as the thing's cells are a bit off."""
+        there = with_things(place, behind, self.places)
+        return there if self.stays else replace(there, is_shown=self._is_what_lacks(behind))
+
+    def _is_what_lacks(self, behind: Behind) -> bool:
+        """Whether it is all that the map shows and the background lacks."""
+        turned_away = [each for each in behind.drawn if each.turn != 0.0]
+        filling = [each for each in behind.drawn if each.turn == 0.0]
+        whole = [each for each in filling if each.share == 1.0]
+        halves = [each for each in filling if each.share < 1.0]
+        fills = any(map(self._is, whole)) or (bool(halves) and all(map(self._is, halves)))
+        if not behind.drawn or (filling and not fills):
+            return False
+        return all(map(self._is, turned_away))
+
+    def _is(self, drawn: Drawn) -> bool:
+        return any(
+            drawn.may_be(leaf) and float(drawn.off(leaf, angle)[0]) < SAME_PLACE
+            for leaf, angle in self.leaves
+        )
 
 
 def things_of(place: Doorway, several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
     """What leaves would be, if they were just things: their prior, and places (k, 4) side by side."""
-    anywhere = -np.log(np.pi * place.radius**2) - np.log(np.pi)  # its length is between 0 and 1 m
     things = []
     for leaves in several:
         for angles in _apart(np.array([each.angles for each in leaves]).T):
             pairs = list(zip(leaves, angles[:, None], strict=True))
-            cost = sum(_cost(place, each, angle, anywhere) for each, angle in pairs)
-            things.append((cost, np.concatenate([turned(e.leaf, angle) for e, angle in pairs])))
+            cost = sum(_cost(each, _log_density(place, each, angle)) for each, angle in pairs)
+            places = np.concatenate([turned(each.leaf, angle) for each, angle in pairs])
+            things.append(Thing(cost, places, tuple((e.leaf, angle) for e, angle in pairs)))
     return things
+
+
+def plugs_of(several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
+    """What closed leaves would be, if they just filled the doorway: that stays, as a shelf does."""
+    plugs = []
+    for leaves in several:
+        if all(each.angles.min() < NEARLY_CLOSED for each in leaves):
+            cost = sum(_cost(each, PLUG) for each in leaves)
+            closed = np.concatenate([turned(each.leaf, np.zeros(1)) for each in leaves])
+            plugs.append(Thing(cost, closed, stays=True))
+    return plugs
 
 
 def _apart(angles: FloatArray) -> list[FloatArray]:
@@ -59,21 +110,23 @@ def _apart(angles: FloatArray) -> list[FloatArray]:
     return kept
 
 
-def _cost(place: Doorway, found: Refined, angle: FloatArray, anywhere: float) -> float:
-    """Log evidence of a thing in the place of a leaf at an angle (1,), without its likelihood.
+def _cost(found: Refined, log_density: float) -> float:
+    """Log evidence of a thing in the place of a leaf, without its likelihood: it is as sure."""
+    return GAP + min(log_density + found.log_volume, 0.0)
 
-    Its place is as sure as the leaf's; the map may show it, or it may be a piece of a wall that the
-    map shows in part. ``anywhere`` is its log density else.
+
+def _log_density(place: Doorway, found: Refined, angle: FloatArray) -> float:
+    """Of a thing in the place of a leaf at an angle (1,).
+
+    The map may show it, or it may be a piece of a wall that the map shows in part.
     """
     if bool(found.behind.map_of(found.leaf, angle)[1][0]):
-        density = SHOWN
-    elif angle[0] < NEARLY_CLOSED:
-        density = PLUG
-    elif angle[0] >= found.leaf.away or place.is_wall(turned(found.leaf, angle)[0]):
-        density = ALONG_WALL
-    else:
-        density = anywhere
-    return GAP + min(density + found.log_volume, 0.0)
+        return SHOWN
+    if angle[0] >= found.leaf.away or place.is_wall(turned(found.leaf, angle)[0]):
+        return ALONG_WALL
+    return float(
+        -np.log(np.pi * place.radius**2) - np.log(np.pi)
+    )  # its length is between 0 and 1 m
 
 
 def _of_first_line(place: Doorway) -> list[Opening]:
@@ -96,10 +149,11 @@ def walls_on(place: Doorway, plan: OccupancyMap) -> list[Thing]:
         inward = place.inward(start, bearing)
         for off in () if _is_way(opening, plan) else WALLS_OFF:
             face = np.array([[*(start + (HALF + off) * inward), bearing, opening.width]])
-            found.append((GAP - 0.5 * (off / WALL_ASIDE) ** 2, face))
+            found.append(Thing(GAP - 0.5 * (off / WALL_ASIDE) ** 2, face, stays=True))
         for jamb, away in (opening.jamb(False), opening.jamb(True)):
             far = place.radius - opening.width / 2.0
-            found.append((GAP, np.array([[*(jamb + HALF * inward), away + np.pi, far]])))
+            face = np.array([[*(jamb + HALF * inward), away + np.pi, far]])
+            found.append(Thing(GAP, face, stays=True))
     return found
 
 
@@ -132,12 +186,12 @@ class Hung:
         def total(there: list[FloatArray]) -> float:
             return lattice.log_evidence(log_map, log_way, np.concatenate(there), place.stays)
 
-        on_each = [[with_things(place, behind, thing)] for _, thing in things]
+        on_each = [[thing.on(place, behind)] for thing in things]
         value, chosen, there = _Told(place, gains, total).best([behind], things, on_each)
         if chosen:  # beside things a leaf may stand elsewhere than without them
             angles = lattice.angles[lattice.best(np.max(there, axis=0))]
             leaves = (*leaves[:-1], replace(leaves[-1], angles=angles))
-        return Hung(log + value - total(there[:1]), leaves, chosen)
+        return Hung(log + value - total([gains(behind)]), leaves, chosen)
 
     def as_things(self, place: Doorway) -> list[Thing]:
         """What stands about, if none of it is a leaf: the leaves at some angles, and the rest."""
@@ -153,40 +207,40 @@ def bare(
     ``hung``. Open it is one of ``opened``.
     """
 
-    def total(there: list[FloatArray]) -> float:
-        gain = np.array(there)
+    def total(there: list[Behind]) -> float:
+        gain, is_shown = np.array([e.log_likelihood for e in there]), [e.is_shown for e in there]
         prior = np.full(len(gain), -np.log(len(gain)))
-        first = np.full(len(gain), -np.inf)
-        first[0] = 0.0
+        first = np.where(is_shown, -np.log(sum(is_shown)), -np.inf)
         return float(chained(first, prior, gain, place.stays)[0])
 
-    told, logs = _Told(place, lambda there: there.log_likelihood, total), list[float]()
-    on_map = [with_things(place, as_is, thing) for _, thing in things]
+    told, logs = _Told(place, lambda there: there, total), list[float]()
+    on_map = [thing.on(place, as_is) for thing in things]
     for open_ in opened:
         states = [as_is, open_]
-        for _, thing in hung:
-            states += [with_things(place, state, thing) for state in states]
-        logs.append(sum(cost for cost, _ in hung) + total([each.log_likelihood for each in states]))
-        on_open = (with_things(place, open_, thing) for _, thing in things)
+        for thing in hung:
+            beside = [thing.on(place, state) for state in states]
+            states = beside if thing.stays else states + beside
+        logs.append(sum(thing.log_prior for thing in hung) + total(states))
+        on_open = (thing.on(place, open_) for thing in things)
         on_each = [list(both) for both in zip(on_map, on_open, strict=True)]
         logs.append(told.best([as_is, open_], things, on_each)[0])
     return max(logs)
 
 
-class _Told(NamedTuple):
+class _Told(NamedTuple, Generic[Gain]):
     """How much looks tell of what there may be: the ``total`` of the ``gains`` of each."""
 
     place: Doorway
-    gains: Callable[[Behind], FloatArray]
-    total: Callable[[list[FloatArray]], float]
+    gains: Callable[[Behind], Gain]
+    total: Callable[[list[Gain]], float]
 
     def best(
         self, states: list[Behind], things: list[Thing], on_each: list[list[Behind]]
-    ) -> tuple[float, list[Thing], list[FloatArray]]:
+    ) -> tuple[float, list[Thing], list[Gain]]:
         """The most log evidence, where things may stand about, which do, and what all states gain.
 
-        Each is paid for once; in any look it may be there or not. With each thing, the states are
-        as ``on_each`` has them; they gain after the ``states`` themselves.
+        Each is paid for once; in any look it may be there or not, unless it stays. With each thing,
+        the states are as ``on_each`` has them; they gain after the ``states`` themselves.
         """
         there = [self.gains(state) for state in states]
         value, spent, chosen = self.total(there), 0.0, list[Thing]()
@@ -195,17 +249,23 @@ class _Told(NamedTuple):
             for thing, more in zip(things, on_each, strict=True)
         ]
         while left:
-            pays = [spent + thing[0] + self.total(there + theirs) for thing, _, theirs in left]
+            pays = [
+                spent + thing.log_prior + self.total(theirs if thing.stays else there + theirs)
+                for thing, _, theirs in left
+            ]
             best = int(np.argmax(pays))
             if pays[best] <= value:
                 break
             value, (thing, added, theirs) = pays[best], left.pop(best)
-            there, spent = there + theirs, spent + thing[0]
+            there, spent = theirs if thing.stays else there + theirs, spent + thing.log_prior
             chosen.append(thing)
             if len(chosen) == MOST_THINGS:
                 break
             for other, more, its in left:
-                new = [with_things(self.place, state, other[1]) for state in added]
+                if thing.stays:
+                    more.clear()
+                    its.clear()
+                new = [other.on(self.place, state) for state in added]
                 more.extend(new)
                 its.extend(self.gains(state) for state in new)
         return value, chosen, there

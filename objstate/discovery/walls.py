@@ -166,18 +166,23 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
 
     A map's walls are half a cell off, and lean where a recess begins.
     """
+    readings = beams.readings
+    lines = [_extended(line, readings) for line in _through_readings(lines, beams)]
+    found = _each_once(_through_readings(_each_once(lines), beams))
+    return [
+        replace(line, solid=_solid(line, places))
+        for line, places, _ in _of_each(found, beams, BESIDE)
+    ]
+
+
+def _through_readings(lines: list[WallLine], beams: Beams) -> list[WallLine]:
+    """The lines through the readings about them, nearer and nearer ones."""
     for width in WIDTHS:
         lines = [
             _moved(line, places, asides, width)
             for line, places, asides in _of_each(lines, beams, 3.0 * width)
         ]
-    readings = beams.readings
-    lines = [_extended(line, readings) for line in lines]
-    found = _each_once(sorted(lines, key=lambda each: -each.length))
-    return [
-        replace(line, solid=_solid(line, places))
-        for line, places, _ in _of_each(found, beams, BESIDE)
-    ]
+    return lines
 
 
 def _of_each(
@@ -287,10 +292,10 @@ def _solid(line: WallLine, places: FloatArray) -> tuple[tuple[float, float], ...
 
 
 def _each_once(lines: list[WallLine]) -> list[WallLine]:
-    """The lines, each as long as all that lie on it."""
+    """The lines, the longest first, each as long as all that lie on it."""
     found: list[WallLine] = []
     table = np.empty((len(lines), 5))  # of those found
-    for line in lines:
+    for line in sorted(lines, key=lambda each: -each.length):
         known = table[: len(found)]
         ends = np.array([line.start, line.at(line.length)])[:, None] - known[:, :2]
         aside = np.abs(known[:, 2] * ends[..., 1] - known[:, 3] * ends[..., 0]).max(axis=0)

@@ -37,7 +37,7 @@ from objstate.discovery.scoring import (
     turned,
     with_things,
 )
-from objstate.discovery.things import things_of
+from objstate.discovery.things import Thing, bare, things_of
 from objstate.discovery.walls import (
     BIN,
     WALLS,
@@ -129,6 +129,19 @@ def beams(ends: FloatArray, origin: FloatArray) -> Beams:
         np.tile(origin, (count, 1)), off / ranges[:, None], ranges, np.full(count, 10.0),
         zeros, zeros, np.zeros(count),
     )  # fmt: skip
+
+
+def test_a_line_of_which_the_map_has_a_leaning_piece_is_fitted_as_far_as_it_goes() -> None:
+    rng = np.random.default_rng(4)
+    ends = np.column_stack([rng.uniform(0.0, 16.0, 4000), 1.0 + 0.01 * rng.standard_normal(4000)])
+    lean = np.array([np.cos(0.006), np.sin(0.006)])
+    pieces = [WallLine(np.array([8.0, 1.0]), lean, 6.0), WallLine(np.array([2.0, 1.02]), lean, 4.0)]
+    seen = Beams.joined([beams(ends, np.array([8.0, -3.0]))])
+    doorposts = np.column_stack([np.full(400, 13.5), np.linspace(1.0, 1.15, 400)])
+    seen = Beams.joined([seen, beams(doorposts, np.array([8.0, -3.0]))])
+    (line,) = fitted(pieces, seen)
+    np.testing.assert_allclose([line.start[1], line.at(line.length)[1]], 1.0, atol=0.01)
+    assert line.length > 14.0
 
 
 @settings(max_examples=20, deadline=None)
@@ -389,6 +402,47 @@ def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None
     )
     np.testing.assert_allclose(once, twice, atol=0.1)
     assert once[0] > behind.log_likelihood[0] + 20.0
+
+
+def in_two_looks(first: float, second: float) -> tuple[Doorway, Behind]:
+    """A doorway where beams end so far behind its line, m, and what there is without anything."""
+    x = np.linspace(0.1, 0.9, 60)
+    ends = np.column_stack([x, np.where(np.arange(60) < 30, -first, -second)])
+    place = looked_at(ends, np.array([0.5, 2.0]))
+    group = np.minimum(np.arange(place.beams.shape[1]) // 30, 1)
+    two = {"groups": 2, "exponents": np.ones(2), "stays": np.array([0.5, 0.9])}
+    place = replace(place, group=group, **two)
+    far = np.full((3, len(group)), np.inf)
+    return place, Behind(far, place.log_likelihood(far))
+
+
+@given(st.floats(0.0, 0.1))
+def test_what_the_map_shows_a_little_off_is_there_from_the_first(depth: float) -> None:
+    place, open_ = in_two_looks(depth, depth)
+    cells = np.column_stack([np.linspace(0.05, 0.85, 17), np.full(17, -depth)])
+    shown = Drawn(None, 0.0, np.zeros(2), 1.0, cells, -3.0)
+    open_ = replace(open_, drawn=(shown,))
+    wrong = np.full((3, place.beams.shape[1]), 1.8)  # the map has it elsewhere
+    as_is = Behind(wrong, place.log_likelihood(wrong), is_shown=True)
+    closed = replace(leaf(), hinge=np.array([0.0, -depth]), width=1.0)
+    where = turned(closed, np.zeros(1))
+    known, new = Thing(-3.0, where, ((closed, np.zeros(1)),)), Thing(-3.0, where)
+    logs = [bare(place, as_is, [open_], [], [thing]) for thing in (known, new)]
+    # it was there with 1/2 and stays with 1/2; or comes since, as one of four states
+    assert logs[0] - logs[1] == pytest.approx(np.log(0.25 + 0.125) - np.log(0.125), abs=0.2)
+    elsewhere = replace(open_, drawn=(replace(shown, points=cells + np.array([0.0, 0.6])),))
+    assert bare(place, as_is, [elsewhere], [], [known]) == pytest.approx(logs[1])
+
+
+@pytest.mark.parametrize(("second", "is_it"), [(0.1, True), (4.0, False)])
+def test_a_wall_is_there_in_all_looks_or_in_none(second: float, is_it: bool) -> None:
+    place, as_is = in_two_looks(0.1, second)
+    as_is = replace(as_is, is_shown=True)
+    face = np.array([[-0.1, -0.1, 0.0, 1.2]])
+    wall, thing = Thing(-3.0, face, stays=True), Thing(-3.0, face)
+    none, walled, moved = (bare(place, as_is, [as_is], [], e) for e in ([], [wall], [thing]))
+    assert moved > none + 10.0
+    assert (walled > moved - 5.0) == is_it
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.04, 0.04), st.floats(1.5, 3.0))
