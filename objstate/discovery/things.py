@@ -30,7 +30,7 @@ from objstate.discovery.walls import Opening, shown_beside
 from objstate.geometry import FloatArray
 
 # Log densities, 1/(m3 rad), of place, direction and length of something straight that is no leaf:
-PLUG = 9.0  # it fills a doorway, such as a shelf, at any depth: as a leaf would
+PLUG = 9.0  # it fills a doorway for good, such as a shelf, at any depth: as a leaf would
 SHOWN = 12.0  # the map shows it, as well as maps do
 ALONG_WALL = 5.0  # it is a piece of a wall
 GAP = -3.0  # nats: the map lacks a thing, or a piece of a wall
@@ -52,7 +52,7 @@ class Thing(NamedTuple):
     log_prior: float
     places: FloatArray  # (k, 4) as of leaves
     leaves: tuple[tuple[Leaf, FloatArray], ...] = ()  # that it might be, at angles (1,)
-    stays: bool = False  # a wall is there in all looks, or in none
+    stays: bool = False  # it is there in all looks, or in none
 
     def on(self, place: Doorway, behind: Behind) -> Behind:
         """What there is with it; a map may show just that, as the thing's cells are a bit off."""
@@ -124,9 +124,8 @@ def _log_density(place: Doorway, found: Refined, angle: FloatArray) -> float:
         return SHOWN
     if angle[0] >= found.leaf.away or place.is_wall(turned(found.leaf, angle)[0]):
         return ALONG_WALL
-    return float(
-        -np.log(np.pi * place.radius**2) - np.log(np.pi)
-    )  # its length is between 0 and 1 m
+    anywhere = np.log(np.pi * place.radius**2) + np.log(np.pi)  # its length is between 0 and 1 m
+    return -float(anywhere)
 
 
 def _of_first_line(place: Doorway) -> list[Opening]:
