@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.floors import make_drives
@@ -13,7 +11,6 @@ from objstate.building.from_map import building_of_map
 from objstate.building.model import Building
 from objstate.building.occupancy import read_map
 from objstate.discovery import learn_doors, learning
-from objstate.discovery.candidates import Finding, find_doors
 from objstate.discovery.gathering import Beams, Gathered, lost_or_unconfirmed
 from objstate.errors import LogError
 from objstate.records import NANOSECONDS
@@ -61,24 +58,17 @@ def test_a_drive_that_was_lost_is_localized_again_among_the_doors_that_were_foun
     assert not any(each.lost_share for each in right)
     places = Places(right[0], Gathered(nothing(), lost_share=1.0), right[1])
     monkeypatch.setattr(learning, "gather", places.gather)
-    weighed: list[Beams] = []
-
-    def found(*given: Any) -> Finding:
-        weighed.append(given[2])
-        return find_doors(*given)
-
-    monkeypatch.setattr(learning, "find_doors", found)
     learnt = learn_doors(made.logs, made.map, tmp_path / "found", jobs=1)
     (_, none), (_, no_doors), (again, doors) = places.asked
     assert none == no_doors == []
     assert again == made.logs[1].parent.name
     assert len(doors) > 0
     assert learnt.warnings == ()
-    # the doors that are written are found in what both drives saw
-    both = Beams.joined([each.beams for each in right])
-    assert [len(each) for each in weighed] == [len(right[0].beams), len(both)]
-    np.testing.assert_array_equal(weighed[1].ranges, both.ranges)
-    np.testing.assert_array_equal(weighed[1].drive, both.drive)
+    monkeypatch.setattr(learning, "gather", Places(*right).gather)
+    at_once = learn_doors(made.logs, made.map, tmp_path / "at_once", jobs=1)
+    assert [each.probability for each in learnt.candidates] == pytest.approx(
+        [each.probability for each in at_once.candidates]
+    )
 
 
 def test_a_drive_that_is_localized_nowhere_is_left_out_by_name(
