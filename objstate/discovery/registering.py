@@ -110,7 +110,7 @@ def _pull(
 def _solved(
     seen: _Residuals, moved: FloatArray, by_map: tuple[FloatArray, FloatArray]
 ) -> FloatArray:
-    """(s, 3) moves of scans that fit readings, the map and the prior best, by conjugate gradients."""
+    """(s, 3) moves of scans that fit readings, map and prior best, by conjugate gradients."""
     scan, square, aside, weight, slope = seen
     scans, count = len(moved), len(by_map[0])
     known, pull = np.add(by_map, _pull(square, aside, weight, count))

@@ -185,12 +185,12 @@ class Hung:
         def total(there: list[FloatArray]) -> float:
             return lattice.log_evidence(log_map, log_way, np.concatenate(there), place.stays)
 
-        on_each = [[thing.on(place, behind)] for thing in things]
-        value, chosen, there = _Told(place, gains, total).best([behind], things, on_each)
+        on_each, alone = [[thing.on(place, behind)] for thing in things], [gains(behind)]
+        value, chosen, there = _Told(place, gains, total).best(alone, things, on_each)
         if chosen:  # beside things a leaf may stand elsewhere than without them
             angles = lattice.angles[lattice.best(np.max(there, axis=0))]
             leaves = (*leaves[:-1], replace(leaves[-1], angles=angles))
-        return Hung(log + value - total([gains(behind)]), leaves, chosen)
+        return Hung(log + value - total(alone), leaves, chosen)
 
     def as_things(self, place: Doorway) -> list[Thing]:
         """What stands about, if none of it is a leaf: the leaves at some angles, and the rest."""
@@ -234,14 +234,13 @@ class _Told(NamedTuple, Generic[Gain]):
     total: Callable[[list[Gain]], float]
 
     def best(
-        self, states: list[Behind], things: list[Thing], on_each: list[list[Behind]]
+        self, there: list[Gain], things: list[Thing], on_each: list[list[Behind]]
     ) -> tuple[float, list[Thing], list[Gain]]:
         """The most log evidence, where things may stand about, which do, and what all states gain.
 
         Each is paid for once; in any look it may be there or not, unless it stays. With each thing,
-        the states are as ``on_each`` has them; they gain after the ``states`` themselves.
+        the states are as ``on_each`` has them; they gain after those that are ``there`` without.
         """
-        there = [self.gains(state) for state in states]
         value, spent, chosen = self.total(there), 0.0, list[Thing]()
         left = [
             (thing, more, [self.gains(state) for state in more])

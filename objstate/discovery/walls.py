@@ -548,7 +548,10 @@ def shown_beside(
     places: FloatArray,
     asides: FloatArray,
 ) -> BoolArray:
-    """(p, a) whether some of the map's cells are so far along a ray, by a unit vector, and to its left, m."""
+    """(p, a) whether some of the map's cells are so far along a ray and to its left, m.
+
+    ``along`` (2,) is a unit vector.
+    """
     normal = np.array([-along[1], along[0]])
     points = start + places[:, None, None] * along + asides[:, None] * normal
     return shown_at(plan, cells, points.reshape(-1, 2)).reshape(len(places), -1)

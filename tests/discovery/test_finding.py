@@ -136,9 +136,8 @@ def test_a_line_of_which_the_map_has_a_leaning_piece_is_fitted_as_far_as_it_goes
     ends = np.column_stack([rng.uniform(0.0, 16.0, 4000), 1.0 + 0.01 * rng.standard_normal(4000)])
     lean = np.array([np.cos(0.006), np.sin(0.006)])
     pieces = [WallLine(np.array([8.0, 1.0]), lean, 6.0), WallLine(np.array([2.0, 1.02]), lean, 4.0)]
-    seen = Beams.joined([beams(ends, np.array([8.0, -3.0]))])
     doorposts = np.column_stack([np.full(400, 13.5), np.linspace(1.0, 1.15, 400)])
-    seen = Beams.joined([seen, beams(doorposts, np.array([8.0, -3.0]))])
+    seen = Beams.joined([beams(each, np.array([8.0, -3.0])) for each in (ends, doorposts)])
     (line,) = fitted(pieces, seen)
     np.testing.assert_allclose([line.start[1], line.at(line.length)[1]], 1.0, atol=0.01)
     assert line.length > 14.0
