@@ -1,7 +1,7 @@
 """Where furniture can stand: not in walls, nor in other furniture.
 
 A place at which these would reach a depth d into a piece is possible with the probability 2 Phi(-d /
-sigma) that they, or the piece's outline, are off by so much. See docs/model.md.
+sigma) that they, or the piece's outline, are off by so much. See docs/model/furniture.md.
 """
 
 from __future__ import annotations

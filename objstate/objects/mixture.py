@@ -5,7 +5,7 @@ latched door stands exactly there. Given a cell or an atom, there is a Gaussian 
 errors: that of the robot's pose, the distance of the state from the cell's middle, and those of the
 hinge's place and of the angle's zero. So a leaf that is seen as a line determines its angle and its
 hinge, and the angle's variance includes the uncertainty of robot, hinge and zero
-(Rao-Blackwellized; see docs/model.md).
+(Rao-Blackwellized; see docs/model/door.md).
 """
 
 from __future__ import annotations
