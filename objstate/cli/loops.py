@@ -65,7 +65,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
         *(particles.normalize, particles.largest_step, particles.systematic),
     ),
     (likelihood.object_log_likelihood, projection.cast),
-    (habits.forward, habits.sampled),
+    (habits.whole_days, habits.forward, habits.sampled),
     (components.arrive, components.densities, components.merge, components.meeting),
     (components.possible,),
     (lattice.predict, lattice.condition, lattice.worth_casting),

@@ -122,7 +122,78 @@ def _condition(state: FloatArray, slope: FloatArray, look: FloatArray, score: Fl
     return chance
 
 
-@called_with("f1 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2")
+@_maker
+def _pass(
+    rates: FloatArray,
+    right: FloatArray,
+    left: FloatArray,
+    local_slopes: FloatArray,
+    which: IntArray,
+    to: IntArray,
+    by: FloatArray,
+    seconds: float,
+    state: FloatArray,
+    slope: FloatArray,
+    moved_on: FloatArray,
+) -> None:
+    """Let some seconds pass in one cell: ``state`` (s,) is changed, and its new derivatives are set.
+
+    ``slope`` (s, p) are those before, and ``moved_on`` (s, p) those after.
+    """
+    s = state.shape[0]
+    kept, passes, before = np.empty(s), np.empty((s, s)), np.empty((s, 1))
+    moved = np.empty((local_slopes.shape[0], s))
+    for j in range(s):
+        kept[j] = np.exp(rates[j] * seconds)
+        before[j, 0] = state[j]
+    _transitions(right, left, kept, passes)
+    _moved(state, rates, right, left, local_slopes, kept, seconds, moved)
+    _onward(slope, passes, moved_on)
+    _onward(before, passes, state.reshape(s, 1))
+    for j in range(s):
+        state[j] = max(state[j], 0.0)
+    for m in range(which.shape[0]):
+        for j in range(s):
+            moved_on[j, which[m]] += by[m] * moved[to[m], j]
+
+
+@called_with("i1 i f2 f3 f3 f4 i2 i2 f2 f3 f4")
+@_compile
+def whole_days(
+    kinds: IntArray,
+    per_day: int,
+    rates: FloatArray,
+    right: FloatArray,
+    left: FloatArray,
+    local_slopes: FloatArray,
+    which: IntArray,
+    to: IntArray,
+    by: FloatArray,
+    passes: FloatArray,
+    slopes: FloatArray,
+) -> None:
+    """Set the transition probabilities over whole days of some ``kinds`` (d,), and their derivatives.
+
+    ``passes`` is (k, s, s) and ``slopes`` (k, s, s, p), of all kinds. A day has the cells of so many
+    keys.
+    """
+    s, p = passes.shape[1], slopes.shape[3]
+    state, slope, moved_on = np.empty(s), np.empty((s, p)), np.empty((s, p))
+    for kind in kinds:
+        for begin in range(s):
+            state[:], slope[:] = 0.0, 0.0
+            state[begin] = 1.0
+            for k in range(kind * per_day, (kind + 1) * per_day):
+                of_key = rates[k], right[k], left[k], local_slopes[k], which[k], to[k], by[k]
+                _pass(*of_key, CELL_S, state, slope, moved_on)
+                slope, moved_on = moved_on, slope
+            for j in range(s):
+                passes[kind, begin, j] = state[j]
+                for c in range(p):
+                    slopes[kind, begin, j, c] = slope[j, c]
+
+
+@called_with("f1 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f3 f4 f1 f2")
 @_compile
 def forward(
     state: FloatArray,
@@ -137,6 +208,8 @@ def forward(
     which: IntArray,
     to: IntArray,
     by: FloatArray,
+    over_days: FloatArray,
+    day_slopes: FloatArray,
     score: FloatArray,
     information: FloatArray,
 ) -> float:
@@ -144,32 +217,33 @@ def forward(
 
     ``state`` (s,), known before the first step, is brought to after the last. Step i lets
     ``seconds[i]`` pass in the cell of the key ``keys[i]``, and then takes look ``looks[i]`` in, if
-    that isn't -1. ``likelihood`` (n, r) is scaled to 1 at its largest. The information is Fisher's,
-    expected over what the door might have shown, of looks as sure as each was.
+    that isn't -1. Keys past those of all cells are whole days, as ``whole_days`` has them.
+    ``likelihood`` (n, r) is scaled to 1 at its largest. The information is Fisher's, expected over
+    what the door might have shown, of looks as sure as each was.
     """
-    s, p = state.shape[0], score.shape[0]
-    kept, passes = np.empty(s), np.empty((s, s))
-    moved, told = np.empty((local_slopes.shape[1], s)), np.empty(p)
+    s, p, cells = state.shape[0], score.shape[0], rates.shape[0]
+    told, before = np.empty(p), np.empty(s)
     slope, moved_on = np.zeros((s, p)), np.empty((s, p))  # derivatives of the state
-    total, before = 0.0, np.empty((s, 1))
+    total = 0.0
     information[:] = 0.0
     score[:] = 0.0
     for i in range(keys.shape[0]):
         k, t = keys[i], seconds[i]
-        if t > 0.0:
-            for j in range(s):
-                kept[j] = np.exp(rates[k, j] * t)
-                before[j, 0] = state[j]
-            _transitions(right[k], left[k], kept, passes)
-            _moved(state, rates[k], right[k], left[k], local_slopes[k], kept, t, moved)
+        if k >= cells:
+            passes, day = over_days[k - cells], day_slopes[k - cells]
+            before[:] = state
             _onward(slope, passes, moved_on)
-            slope, moved_on = moved_on, slope
-            _onward(before, passes, state.reshape(s, 1))
             for j in range(s):
-                state[j] = max(state[j], 0.0)
-            for m in range(which.shape[1]):
-                for j in range(s):
-                    slope[j, which[k, m]] += by[k, m] * moved[to[k, m], j]
+                state[j] = 0.0
+                for m in range(s):
+                    state[j] += before[m] * passes[m, j]
+                    for c in range(p):
+                        moved_on[j, c] += before[m] * day[m, j, c]
+            slope, moved_on = moved_on, slope
+        elif t > 0.0:
+            of_key = rates[k], right[k], left[k], local_slopes[k], which[k], to[k], by[k]
+            _pass(*of_key, t, state, slope, moved_on)
+            slope, moved_on = moved_on, slope
         if looks[i] >= 0:
             look = likelihood[looks[i]]
             _inform(state, slope, look, told, information)

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from objstate.geometry import FloatArray
-from objstate.habits.calendar import NANOSECONDS, Calendar
+from objstate.habits.calendar import NANOSECONDS, PER_DAY, Calendar, kinds
 from objstate.habits.chain import chain, slopes
 from objstate.habits.design import Design
 from objstate.habits.looks import RegionLooks
-from objstate.habits.steps import steps
+from objstate.habits.steps import by_days, steps
 from objstate.lazy import Later, lazy
 
 if TYPE_CHECKING:
@@ -115,25 +115,30 @@ def evidence_of(
     The door is known at a moment before them, or else whatever it is at such a time.
     """
     begin = int(looks.stamps_ns[0]) - BURN_IN_NS if after is None else after.stamp_ns
-    cut = steps(calendar, begin, looks.stamps_ns)
+    cells, of_days = steps(calendar, begin, looks.stamps_ns), kinds(calendar.seasons)
+    states, parameters = design.states, design.parameters
+    # a day is passed through from each state, which takes as long as so many days
+    cut = by_days(cells, of_days, least=states)
+    days = np.unique(cut.keys[cut.keys >= of_days * PER_DAY]) - of_days * PER_DAY
 
     def told(theta: FloatArray) -> Evidence:
         u = design.matrix @ theta
         of = chain(u)
-        state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
-        score = np.empty(design.parameters)
-        information = np.empty((design.parameters, design.parameters))
+        state = of.settled[cells.keys[0]].copy() if after is None else after.state.copy()
+        right, left = np.ascontiguousarray(of.right), np.ascontiguousarray(of.left)
+        process = of.rates, right, left, slopes(u, of)
+        over_days = np.empty((of_days, states, states))
+        day_slopes = np.empty((of_days if len(days) else 0, states, states, parameters))
+        kernels.whole_days(days, PER_DAY, *process, *design.active, over_days, day_slopes)
+        score, information = np.empty(parameters), np.empty((parameters, parameters))
         total = kernels.forward(
             state,
-            cut.keys,
-            cut.seconds,
-            cut.looks,
+            *cut,
             looks.likelihood,
-            of.rates,
-            np.ascontiguousarray(of.right),
-            np.ascontiguousarray(of.left),
-            slopes(u, of),
+            *process,
             *design.active,
+            over_days,
+            day_slopes,
             score,
             information,
         )

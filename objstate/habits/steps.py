@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.habits.calendar import CELL_NS, NANOSECONDS, Calendar
+from objstate.habits.calendar import CELL_NS, CELL_S, NANOSECONDS, PER_DAY, Calendar
 
 
 class Steps(NamedTuple):
     """Step i lets time pass within one cell; then a look may be taken."""
 
-    keys: IntArray  # (m,) of the cells
+    keys: IntArray  # (m,) of the cells; of whole days, see ``by_days``, past those of all cells
     seconds: FloatArray  # (m,)
     looks: IntArray  # (m,) which look follows; -1: none
 
@@ -34,3 +34,25 @@ def steps(
     since = np.concatenate([[begin_ns], moments[:-1]])
     keys = calendar.keys(first_cell, last_cell + 1)[since // CELL_NS - first_cell]
     return Steps(keys, (moments - since) / NANOSECONDS, which)
+
+
+def by_days(of: Steps, kinds: int, least: int) -> Steps:
+    """The steps with one in place of those of each whole day without a look.
+
+    There are so many ``kinds`` of days. A day of kind k has the key ``kinds * PER_DAY + k``. Of
+    kinds that come fewer than ``least`` times the cells stay.
+    """
+    is_whole = (of.seconds == CELL_S) & (of.looks < 0)
+    before = np.concatenate([[0], np.cumsum(is_whole)])
+    begins = np.flatnonzero(of.keys[: len(of.keys) - PER_DAY + 1] % PER_DAY == 0)
+    ends, last = begins + PER_DAY, begins + PER_DAY - 1
+    is_day = (before[ends] - before[begins] == PER_DAY) & (
+        of.keys[last] - of.keys[begins] == PER_DAY - 1
+    )
+    begins, of_kind = begins[is_day], of.keys[begins[is_day]] // PER_DAY
+    begins = begins[np.bincount(of_kind, minlength=kinds)[of_kind] >= least]
+    keys, seconds, stays = of.keys.copy(), of.seconds.copy(), np.ones(len(of.keys), dtype=bool)
+    stays[(begins[:, None] + np.arange(1, PER_DAY)).ravel()] = False
+    keys[begins] = kinds * PER_DAY + keys[begins] // PER_DAY
+    seconds[begins] = PER_DAY * CELL_S
+    return Steps(keys[stays], seconds[stays], of.looks[stays])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from objstate.geometry import FloatArray
-from objstate.habits.calendar import NANOSECONDS, Calendar
+from objstate.habits import model
+from objstate.habits.calendar import NANOSECONDS, Calendar, Season
 from objstate.habits.design import Design
 from objstate.habits.forecast import Forecast
 from objstate.habits.looks import RegionLooks
@@ -44,6 +45,27 @@ def test_score_is_the_derivative_of_the_likelihood() -> None:
         high, low = (evidence_of(DESIGN, CALENDAR, looks)(theta + sign * off) for sign in (1, -1))
         slope = (high.log_likelihood - low.log_likelihood) / (2 * step)
         assert found.score[k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("seasons", [False, True])
+def test_whole_days_tell_what_their_cells_do(
+    seasons: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(2)
+    calendar = Calendar(warm=Season((5, 1), (9, 30)) if seasons else None)
+    design = Design(3, calendar.seasons)
+    weeks = np.sort(rng.choice(40, 6, replace=False)) * 7 * 24 * HOUR
+    stamps = MONDAY + weeks + rng.integers(0, 24 * HOUR, len(weeks))
+    looks = RegionLooks.of(stamps, rng.uniform(0.1, 1.0, (len(weeks), 3)))
+    theta = design.mean + 0.3 * rng.standard_normal(design.parameters)
+    found = evidence_of(design, calendar, looks)(theta)
+    with monkeypatch.context() as only:
+        only.setattr(model, "by_days", lambda cells, kinds, least: cells)
+        expected = evidence_of(design, calendar, looks)(theta)
+    assert found.log_likelihood == pytest.approx(expected.log_likelihood, rel=1e-12)
+    assert np.allclose(found.score, expected.score, rtol=1e-9, atol=1e-12)
+    assert np.allclose(found.information, expected.information, rtol=1e-9, atol=1e-12)
+    assert np.allclose(found.state, expected.state, rtol=1e-9)
 
 
 def test_a_look_that_tells_nothing_changes_nothing() -> None:
