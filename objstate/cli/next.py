@@ -35,7 +35,7 @@ HORIZON = 24.0 * 3600.0  # s, within which what a task wants verified is listed
 EXAMPLES = """\b
 Examples:
   objstate next --world world.db --building office.urdf --at 2.0,0,90deg
-  objstate next --world world.db --building office.urdf --at 2,0,0 --for "pass door_07"
+  objstate next --world world.db --building office.urdf --at 2,0,0 --for "pass door_07" --width 0.6
   objstate next --world world.db --building office.urdf --at 2,0,0 --when now \\
       --sensor front:range=8,view=180 --sensor back:range=4,view=90,yaw=180 --json
   objstate next --world world.db --building office.urdf --at 2,0,0 --task tasks.yaml
@@ -56,6 +56,14 @@ def next_(
             "--for",
             metavar="PLAN",
             help="What is about to be done: pass, grab, go to or release, and an object. Repeatable.",
+        ),
+    ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="Of the robot, to pass doors and to drive. Default: 0.5, or twice the "
+            "floor.robot_radius of --config.",
         ),
     ] = None,
     sensors: Annotated[
@@ -135,6 +143,7 @@ def next_(
         _refuse_beside_head(
             {
                 "--for": plans,
+                "--width": width,
                 "--sensor": sensors,
                 "--config": config,
                 "--task": task,
@@ -146,6 +155,8 @@ def next_(
     settings = CoordinatorSettings()
     if config is not None:
         settings = parse_strict(CoordinatorSettings, load_yaml(config), str(config))
+    if width is not None:
+        settings = settings.for_width(width)
     allowed = None if task is None else load_tasks(task).named(doing)
     model, store = load_building(building), open_store(world)
     store.check(model)
@@ -258,8 +269,11 @@ def _without_a_look(coordinator: Coordinator, moment: Snapshot, plan: Plan) -> s
     belief = moment[plan.object]
     if plan.verb != "pass" or belief.item.kind.value == "planar":
         return f"{plan}: needs no look."
-    clear = belief.probability_clear(coordinator.robot_width)
-    return f"{plan}: needs no look, clear with probability {clear:.2f}."
+    width = coordinator.robot_width
+    clear = belief.probability_clear(width)
+    passes = "passes" if clear > 0.5 else "doesn't pass"
+    likely = max(clear, 1.0 - clear)
+    return f"{plan}: needs no look; a robot {width:.2f} m wide {passes}, probability {likely:.2f}."
 
 
 def _nothing(ranked: list[Action], settings: CoordinatorSettings, wait: float | None) -> str:

@@ -21,6 +21,7 @@ from objstate.gaze.viewpoints import ViewpointSettings, viewpoints
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.maintenance.choice import ChoiceSettings, costs, utilities
 from objstate.objects import ObjectBelief
+from objstate.objects.belief import check_robot
 from objstate.sensing.casters import caster_of
 
 HEADINGS = 8  # headings, evenly spread, in which looks on the way are simulated
@@ -44,6 +45,12 @@ class CoordinatorSettings(Strict):
     floor: FloorSettings = FloorSettings()
     weights: tuple[GainWeight, ...] = ()  # of objects whose names match; later ones win
     stride: Positive = 1.0  # m between the places on the way at which looks are simulated
+
+    def for_width(self, width: float) -> CoordinatorSettings:
+        """The settings of a robot of a width, m. Raises QueryError for one that no robot has."""
+        check_robot(width)
+        floor = self.floor.model_copy(update={"robot_radius": width / 2.0})
+        return self.model_copy(update={"floor": floor})
 
 
 @dataclass(frozen=True, eq=False)

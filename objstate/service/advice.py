@@ -14,6 +14,7 @@ from objstate.gaze import Sensor
 from objstate.geometry import pose_from_text
 from objstate.maintenance import (
     Coordinator,
+    CoordinatorSettings,
     Plan,
     next_tasks,
     next_words,
@@ -23,6 +24,7 @@ from objstate.service.believed import Believed
 from objstate.service.problems import Problem
 
 SHOWN = 10  # actions, the most useful first
+WIDTHS_KEPT = 4  # of robots, whose looks are computed once
 
 
 class Advice:
@@ -31,12 +33,20 @@ class Advice:
     def __init__(self, building: Building, settings: Settings, believed: Believed) -> None:
         self._building, self._settings, self._believed = building, settings, believed
         self._lock = threading.Lock()
-        self._coordinator: Coordinator | None = None
+        self._coordinators: dict[float, Coordinator] = {}  # by the robot's width, m
 
     def next(
-        self, pose: str, stamp_ns: int | None, plans: Sequence[str], stay: bool
+        self,
+        pose: str,
+        stamp_ns: int | None,
+        plans: Sequence[str],
+        stay: bool,
+        width: float,
     ) -> dict[str, Any]:
-        """The looks that are required, and the most useful ones. Raises Problem, SettingsError."""
+        """The looks that are required, and the most useful ones, of a robot of a width, m.
+
+        Raises Problem, SettingsError, QueryError.
+        """
         try:
             at, due = pose_from_text(pose), [Plan.parse(text) for text in plans]
         except ValueError as error:
@@ -46,7 +56,7 @@ class Advice:
             raise Problem(422, f"There is no object '{unknown[0]}'.", "See GET /v1/objects.")
         moment = self._believed.at(time.time_ns() if stamp_ns is None else stamp_ns)
         with self._lock:
-            coordinator = self._ready()
+            coordinator = self._ready(width)
             ranked = coordinator.actions(moment.beliefs, at, may_drive=not stay)
             tasks = next_tasks(
                 coordinator, ranked, moment.beliefs, moment.stamp_ns, plans=due, due=()
@@ -57,13 +67,18 @@ class Advice:
                     coordinator, moment.world, moment.stamp_ns, at, may_drive=not stay
                 )
             told = next_words(moment, tasks, (), ranked[:SHOWN], wait)
-        return {"at_ns": moment.stamp_ns, "revision": self._believed.now.revision} | told
+        about = {"at_ns": moment.stamp_ns, "revision": self._believed.now.revision}
+        return about | {"width": width} | told
 
-    def _ready(self) -> Coordinator:
-        if self._coordinator is None:
+    def _ready(self, width: float) -> Coordinator:
+        if width not in self._coordinators:
+            settings = CoordinatorSettings().for_width(width)
             try:
                 sensors = [Sensor("laser")]
-                self._coordinator = Coordinator(self._building, sensors, None, self._settings)
+                new = Coordinator(self._building, sensors, settings, self._settings)
             except SettingsError as error:
                 raise Problem(422, str(error), "Look by yourself in this building.") from error
-        return self._coordinator
+            while len(self._coordinators) >= WIDTHS_KEPT:
+                del self._coordinators[next(iter(self._coordinators))]
+            self._coordinators[width] = new
+        return self._coordinators[width]

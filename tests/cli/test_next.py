@@ -130,13 +130,22 @@ def seen(place: Path, folder: Path, angle: float) -> Path:
     return folder / "seen.db"
 
 
+def test_a_width_decides_whether_a_robot_passes(place: Path, run: Run, tmp_path: Path) -> None:
+    """Open by 0.6 rad, the door leaves more than 0.3 and less than 0.7 m."""
+    given = ["--building", place / "room.urdf", "--at", "1,0,90deg", "--for", "pass office_door"]
+    asked_of = ["next", "--world", seen(place, tmp_path, 0.6), *given]
+    assert "a robot 0.30 m wide passes, probability 1.00" in run(*asked_of, "--width", "0.3").out
+    assert "a robot 0.70 m wide doesn't pass" in run(*asked_of, "--width", "0.7").out
+
+
 def test_a_door_that_was_just_seen_is_looked_at_when_that_is_worth_it_again(
     place: Path, run: Run, tmp_path: Path
 ) -> None:
     given = ["--building", place / "room.urdf", "--at", "1,0,90deg"]
     asked_of = ["next", "--world", seen(place, tmp_path, 0.0), *given]
     said = run(*asked_of, "--for", "pass office_door").out
-    assert "pass office_door: needs no look, clear with probability 0.0" in said
+    assert "pass office_door: needs no look; a robot 0.50 m wide doesn't pass, probability" in said
+    assert "0.60 m wide" in run(*asked_of, "--for", "pass office_door", "--width", "0.6").out
     assert "The next look is worth it in about" in said
     assert "0 s ago" in said
     wait = json.loads(run(*asked_of, "--json").out)["next_worthwhile_in_s"]

@@ -261,7 +261,15 @@ def test_what_to_look_at_next(taught: Service) -> None:
     told = taught.ask("/v1/next?pose=1.0,0,0deg&plan=pass%20door").json
     assert {action["object"] for action in told["actions"]} <= {"door"}
     assert all(action["gain"] >= 0.0 for action in told["actions"])
-    for wrong in ("", "?pose=here", "?pose=1,0,0&plan=pass%20nothing", "?pose=1,0,0&stay=perhaps"):
+    assert told["width"] == 0.5
+    assert taught.ask("/v1/next?pose=1.0,0,0deg&width=0.7").json["width"] == 0.7
+    for wrong in (
+        "",
+        "?pose=1,0,0&width=-1",
+        "?pose=here",
+        "?pose=1,0,0&plan=pass%20nothing",
+        "?pose=1,0,0&stay=perhaps",
+    ):
         assert taught.ask(f"/v1/next{wrong}").status == 422
 
 

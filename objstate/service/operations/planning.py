@@ -36,7 +36,9 @@ async def get_doors(parts: Parts, request: Request, _: Token) -> Response:
 async def get_next(parts: Parts, request: Request, _: Token) -> Response:
     pose, when = text_of(request, POSE.name), moment_of(request)
     plans, stay = request.query_params.getlist(PLAN.name), truth_of(request, STAY.name)
-    return JSONResponse(await asyncio.to_thread(parts.advice.next, pose, when, plans, stay))
+    width = number_of(request, DRIVING_WIDTH.name, 0.5)
+    told = await asyncio.to_thread(parts.advice.next, pose, when, plans, stay, width)
+    return JSONResponse(told)
 
 
 POSE = Query(
@@ -47,6 +49,7 @@ POSE = Query(
 )
 PLAN = Query("plan", "string", "what is about to be done, as 'pass door_07'; repeatable")
 STAY = Query("stay", "boolean", "only what can be seen without driving")
+DRIVING_WIDTH = Query("width", "number", "m, of the robot; default: 0.5")
 PASSED_WIDTH = Query("width", "number", "m, of the robot; default: 0.6")
 OPERATIONS = (
     Operation(
@@ -80,6 +83,6 @@ OPERATIONS = (
         "get_next",
         "What to look at next, from where, and why.",
         get_next,
-        query=(POSE, PLAN, STAY, AT),
+        query=(POSE, PLAN, DRIVING_WIDTH, STAY, AT),
     ),
 )
