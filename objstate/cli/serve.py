@@ -69,8 +69,14 @@ def serve(
     ] = None,
     data: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Logs and results. Default: WORLD.data."),
+        typer.Option(
+            metavar="DIR",
+            help="Logs and results. Default: WORLD.data, or here DATABASE.SCHEMA.data.",
+        ),
     ] = None,
+    new_data: Annotated[
+        bool, typer.Option("--new-data", help="The folder of the world's drives is lost.")
+    ] = False,
     tls_cert: Annotated[
         Path | None, typer.Option(metavar="PEM", help="Certificate, for other hosts than this.")
     ] = None,
@@ -143,6 +149,7 @@ def serve(
         building=building,
         world=world,
         data=data or data_folder(world),
+        new_data=new_data,
         host=host,
         port=port,
         token_file=token_file,

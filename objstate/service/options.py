@@ -9,6 +9,7 @@ from pathlib import Path
 from objstate.errors import SettingsError
 from objstate.run.options import RunOptions
 from objstate.service.live.options import LiveLimits, RobotAddress
+from objstate.world.location import parse_location
 
 GIGABYTE = 10**9
 
@@ -20,6 +21,7 @@ class ServiceOptions:
     building: Path  # URDF
     world: str  # a file, or a PostgreSQL URL
     data: Path  # folder of logs and results
+    new_data: bool = False  # whether that takes the place of one that is lost
     host: str = "127.0.0.1"
     port: int = 8000  # 0 takes a free one
     token_file: Path | None = None  # where the first token is written
@@ -61,4 +63,8 @@ class ServiceOptions:
 
 def data_folder(world: str) -> Path:
     """The folder beside a world's file; in the working folder for a world on a server."""
-    return Path("objstate-data") if "://" in world else Path(f"{world}.data")
+    location = parse_location(world)
+    if location.file is not None:
+        return Path(f"{world}.data")
+    parts = [str(location.url.database), *([location.schema] if location.schema else []), "data"]
+    return Path(".".join(parts))

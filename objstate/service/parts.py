@@ -15,6 +15,7 @@ from objstate.service.drives import DONE, FAILED, Drive, Drives
 from objstate.service.estimating import Context
 from objstate.service.events import Events
 from objstate.service.evidence import EvidenceDesk
+from objstate.service.folder import claim
 from objstate.service.leading import Leadership
 from objstate.service.live.drive import LiveDrive
 from objstate.service.live.links import Link
@@ -53,6 +54,7 @@ class Parts:
         self._ended_live: dict[str, str] = {}  # by drive that is queued: the live drive
         self.database = Database(parse_location(options.world))
         make_tables(self.database)
+        claim(self.database, options.data, is_new=options.new_data)
         settings = options.run.settings
         self.tokens = Tokens(self.database)
         self.gate = Gate(self.tokens, options.requests_per_s)

@@ -122,6 +122,13 @@ DELETIONS = Table(
     Column("name", Text, nullable=False),  # of the drive or the object
     Column("beliefs", Integer, nullable=False),
 )
+# One row: where the drives lie.
+FOLDER = Table(
+    "service_folder",
+    METADATA,
+    Column("identity", Text, nullable=False),  # as a file in the folder has it
+    Column("path", Text, nullable=False),  # on the machine that served last
+)
 # One row: the form of the tables.
 FORM = Table("service_form", METADATA, Column("form", Integer, nullable=False))
 
@@ -152,11 +159,16 @@ def _told(connection: Connection, _: str | None) -> None:
     connection.execute(insert(TOLD).values(drive=taught or 0))  # what was before isn't told
 
 
+def _folder(connection: Connection, _: str | None) -> None:
+    METADATA.create_all(connection, [FOLDER])
+
+
 # in order; only ever appended
 MIGRATIONS: tuple[Callable[[Connection, str | None], None], ...] = (
     _first,
     _robots_and_uploads,
     _told,
+    _folder,
 )
 
 
