@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray
+from objstate.building.symmetry import Symmetry
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered
 from objstate.objects import ObjectBelief
 from objstate.objects.furniture_mixture import (
@@ -33,7 +34,7 @@ else:
 MOST = 24  # largest number of components of a smoothed mixture
 NUMBERS = 1024  # largest number of components of one moment
 LEAST = 1e-4  # weight below which a component is dropped
-SAME = np.diag(PROPOSED_STD**2)  # (m, m, rad) covariance of places that count as the same
+SAME = np.diag(np.square([0.02, 0.02, np.radians(2.0)]))  # (m, m, rad) of places that are one
 
 
 class FurnitureHistory(NamedTuple):
@@ -50,6 +51,7 @@ class Places(NamedTuple):
     places: FloatArray  # (c, 3) x, y, yaw
     covariances: FloatArray  # (c, 3, 3)
     names: IntArray  # (c,) a number that a component keeps while the object stays there
+    stands: FloatArray  # (c, 3) where a component of this name stood last
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +74,11 @@ def smoothed_furniture(history: FurnitureHistory, also_ns: Iterable[int] = ()) -
         g_k(s) = r(s) g_k+1(s) + a_k(s) (1 - integral r g_k+1),
         r(s) = e^(-mu t) a_k(s) / (e^(-mu t) a_k(s) + (1 - e^(-mu t)) m(s)).
 
-    This is exact, absence included. r is taken constant within each component of g_k+1, with
-    densities that are blurred by ``SAME``, since filtered Gaussians of one place differ by that
-    much through errors of the model. Drift is left out.
+    This is exact, absence included. r is taken constant within each component of g_k+1. The place
+    of a piece that stays, as filtered Gaussians have it, differs by ``SAME`` from where it stood
+    last, through errors of the model. So r is taken at that place, blurred; and the smoothed
+    Gaussian is that of Rauch, Tung and Striebel 1965 with this process noise: where the filter knows
+    a place, later ones don't replace it, such as the first of those that a carried piece takes.
     """
     stamps = moments_of(history.steps, sorted(set(also_ns)))
     by_stamp = {step.stamp_ns: step for step in history.steps}
@@ -87,7 +91,7 @@ def smoothed_furniture(history: FurnitureHistory, also_ns: Iterable[int] = ()) -
     for k in range(len(stamps) - 2, -1, -1):
         seconds = (stamps[k + 1] - stamps[k]) / NANOSECONDS
         stay = _stays(filtered[k], after, seconds)
-        after = _joined(after, stay, _filtered(filtered[k], k))
+        after = _joined(history.belief.item.symmetry, after, stay, _filtered(filtered[k], k))
         stays.append(stay)
         mixtures.append(after)
     mixtures, stays = mixtures[::-1], stays[::-1]
@@ -102,11 +106,13 @@ def smoothed_furniture(history: FurnitureHistory, also_ns: Iterable[int] = ()) -
 def _filtered(step: FurnitureStep, moment: int) -> Places:
     """The filtered mixture of a step."""
     count = 1 + len(step.table)
+    places = np.concatenate([[[FAR, FAR, 0.0]], step.places])
     return Places(
         np.concatenate([[step.absent], step.weights]),
-        np.concatenate([[[FAR, FAR, 0.0]], step.places]),
+        places,
         np.concatenate([np.eye(3)[None], step.covariances]),
         np.where(np.arange(count) > 0, moment * NUMBERS + np.arange(count), ABSENT),
+        places,
     )
 
 
@@ -131,18 +137,18 @@ def _stays(step: FurnitureStep, after: Places, seconds: float) -> FloatArray:
 def _densities(
     piece: Piece, weights: FloatArray, places: FloatArray, covariances: FloatArray, at: Places
 ) -> FloatArray:
-    """(c - 1,) densities of a mixture, blurred by ``SAME``, at the places of its presence."""
+    """(c - 1,) densities of a mixture, blurred by ``SAME``, where the object stood last."""
     out, symmetry = np.zeros((len(at.weights) - 1, 1)), piece.item.symmetry
     for j in range(len(out)):
         wide = of_place(covariances + at.covariances[1 + j] + SAME, len(weights))
-        place = at.places[1 + j : 2 + j]
+        place = at.stands[1 + j : 2 + j]
         components.densities(
             place, weights, places, wide, ANY_STD, symmetry.order, symmetry.centre, out[j]
         )
     return out[:, 0]
 
 
-def _joined(after: Places, stays: FloatArray, before: Places) -> Places:
+def _joined(symmetry: Symmetry, after: Places, stays: FloatArray, before: Places) -> Places:
     """The next moment's components as far as the object stayed, and the filtered ones otherwise."""
     stayed = after.weights * stays
     moved = 1.0 - stayed.sum()
@@ -150,12 +156,43 @@ def _joined(after: Places, stays: FloatArray, before: Places) -> Places:
     weights[ABSENT] += moved * before.weights[ABSENT]
     heavy = 1 + np.argsort(-weights[1:], kind="stable")[:MOST]
     kept = np.concatenate([[ABSENT], np.sort(heavy[weights[heavy] > LEAST])])
+    stayed_there = kept[(kept > ABSENT) & (kept < len(stayed))]
+    places, covariances = after.places.copy(), after.covariances.copy()
+    for j in stayed_there:
+        places[j], covariances[j] = _carried_back(symmetry, places[j], covariances[j], before)
     return Places(
         weights[kept] / weights[kept].sum(),
-        np.concatenate([after.places, before.places[1:]])[kept],
-        np.concatenate([after.covariances, before.covariances[1:]])[kept],
+        np.concatenate([places, before.places[1:]])[kept],
+        np.concatenate([covariances, before.covariances[1:]])[kept],
         np.concatenate([after.names, before.names[1:]])[kept],
+        np.concatenate([after.stands, before.stands[1:]])[kept],
     )
+
+
+def _carried_back(
+    symmetry: Symmetry, place: FloatArray, covariance: FloatArray, before: Places
+) -> tuple[FloatArray, FloatArray]:
+    """A Gaussian of the moment before, of an object that stayed, by that of the next moment.
+
+    The filtered component that most probably led to it is the one that it corrects.
+    """
+    off = _alike(symmetry, place, before.places[1:]) - before.places[1:]
+    off[:, 2] = wrap(off[:, 2])
+    wide = before.covariances[1:] + SAME
+    expected = wide + covariance
+    squared = np.einsum("ci,ci->c", off, np.linalg.solve(expected, off[..., None])[..., 0])
+    log = np.log(before.weights[1:] + NEVER)
+    best = int(np.argmax(log - 0.5 * (squared + np.linalg.slogdet(expected)[1])))
+    own = before.covariances[1 + best]
+    gain = own @ np.linalg.inv(wide[best])
+    state = before.places[1 + best] + gain @ off[best]
+    state[2] = wrap(state[2])
+    return state, own + gain @ (covariance - wide[best]) @ gain.T
+
+
+def _alike(symmetry: Symmetry, place: FloatArray, others: FloatArray) -> FloatArray:
+    """(c, 3) of the places that look like one (3,), the nearest to each of others (c, 3)."""
+    return np.array([symmetry.nearest(place[None], float(yaw))[0] for yaw in others[:, 2]])
 
 
 def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBelief:

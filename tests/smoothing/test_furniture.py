@@ -119,3 +119,21 @@ def test_furniture_that_stands_has_no_movement() -> None:
     own, known = piece(0.5), np.array([1e-6, 1.0 - 3e-6, 1e-6, 1e-6])
     result = smoothed([step(own, t, known) for t in (0.0, 1.0, 500.0, 501.0)])
     assert movements(FurnitureRests(result.stamps_ns, result.mixtures, result.stays)) == []
+
+
+def test_where_furniture_stood_is_not_where_it_was_carried_while_it_was_seen() -> None:
+    """It stands for ten seconds, and is then carried by 60 cm in three, which each scan shows."""
+    own = piece(0.5)
+    way = np.concatenate([np.zeros(100), np.linspace(0.0, 0.6, 30), np.full(50, 0.6)])
+    steps = []
+    for k, x in enumerate(way):
+        row = [1.0, x, 0.0, 0.1, STD[0] ** 2, 0, 0, STD[1] ** 2, 0, STD[2] ** 2]
+        table = np.array([row], dtype=np.float32)
+        steps.append(FurnitureStep(round(k * SECOND / 10), own, 0.0, table))
+    result = smoothed(steps)
+    off = [abs(belief.mean[0] - x) for belief, x in zip(result.beliefs, way, strict=True)]
+    assert max(off) < 0.02
+    found = movements(FurnitureRests(result.stamps_ns, result.mixtures, result.stays))
+    assert max(movement.probability for movement in found) > 0.99
+    assert 9 * SECOND < min(movement.from_ns for movement in found)
+    assert max(movement.to_ns for movement in found) < 14 * SECOND
