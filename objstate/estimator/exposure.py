@@ -38,6 +38,7 @@ class Exposure:
     walls: FloatArray  # (n,) m
     background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
     blur: FloatArray  # (n,) m^2, its variance
+    normals: FloatArray  # (n, 2) of walls in the background, 0 where there is none
     others: FloatArray  # (n,) 1/m, density of the ranges to other objects whose state isn't known
     errors: WallErrors
 
@@ -79,6 +80,7 @@ class Exposure:
             self.scan.ranges[chosen] - vantage.bias,
             self.background[chosen],
             self.blur[chosen],
+            self.normals[chosen],
             self.others[chosen],
         )
 
@@ -127,6 +129,7 @@ class Exposures:
         squares = np.where(numbers >= 0, self._walls, 0.0) ** 2
         slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
         self._variance = of_walls + of_pose + ROUGH**2 + slanted
+        self._normals = np.where((numbers >= 0)[:, None], surfaces.normals[numbers], 0.0)
         self._others, noise = others, vantage.noise
         self._measured = sight.scan.ranges - vantage.bias
         self._densities = np.empty((len(others.names), len(squares)))  # of each other object
@@ -153,6 +156,7 @@ class Exposures:
         anywhere = np.where(self._measured > entered, pose_update.STANDING, 0.0)
         others = self._densities[among].sum(axis=0) + anywhere
         blur = np.where(np.isfinite(background), self._variance, 0.0)
+        normals = np.where((background == self._walls)[:, None], self._normals, 0.0)
         return Exposure(
             name,
             self._sight,
@@ -161,6 +165,7 @@ class Exposures:
             self._walls,
             background,
             blur,
+            normals,
             others,
             self._errors,
         )

@@ -50,7 +50,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _maker = inner(makes_arrays=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@record("beams", "f1 f2 f2 f1 f1 f1 f1")
+@record("beams", "f1 f2 f2 f1 f1 f1 f2 f1")
 class Beams(NamedTuple):
     """The beams that may meet an object, in the scan's order, from the robot's mean pose."""
 
@@ -60,6 +60,7 @@ class Beams(NamedTuple):
     measured: FloatArray  # (n,) m, inf without return
     background: FloatArray  # (n,) m, expected without the object
     blur: FloatArray  # (n,) m^2, the variance of the background
+    normals: FloatArray  # (n, 2) of the wall that is met there, 0 for none
     others: FloatArray  # (n,) 1/m, density of the range to other objects, whose state isn't known
 
 
@@ -347,20 +348,16 @@ def _bell(off: float, variance: float) -> Any:
 
 
 @_inner
-def _continued(beams: Beams, i: int, j: int, k: int) -> Any:
-    """Range of beam i to the line through the backgrounds of beams j and k; that of j without k."""
-    range_j, origins, directions = beams.background[j], beams.origins, beams.directions
-    if not (0 <= k < beams.background.shape[0] and beams.background[k] < np.inf):
-        return range_j
-    off_x = origins[j, 0] + range_j * directions[j, 0] - origins[i, 0]
-    off_y = origins[j, 1] + range_j * directions[j, 1] - origins[i, 1]
-    along_x = off_x + origins[i, 0] - origins[k, 0] - beams.background[k] * directions[k, 0]
-    along_y = off_y + origins[i, 1] - origins[k, 1] - beams.background[k] * directions[k, 1]
-    across = directions[i, 0] * along_y - directions[i, 1] * along_x
-    if abs(across) < GRAZING * math.hypot(along_x, along_y):
-        return range_j
-    distance = (off_x * along_y - off_y * along_x) / across
-    return distance if distance > 0.0 else range_j
+def _continued(beams: Beams, i: int, j: int) -> Any:
+    """Range of beam i to the wall that beam j meets in the background; that of j without a wall."""
+    distance, normals = beams.background[j], beams.normals
+    across = normals[j, 0] * beams.directions[i, 0] + normals[j, 1] * beams.directions[i, 1]
+    if abs(across) < GRAZING:
+        return distance
+    off_x = beams.origins[j, 0] + distance * beams.directions[j, 0] - beams.origins[i, 0]
+    off_y = beams.origins[j, 1] + distance * beams.directions[j, 1] - beams.origins[i, 1]
+    continued = (normals[j, 0] * off_x + normals[j, 1] * off_y) / across
+    return continued if continued > 0.0 else distance
 
 
 @_inner
@@ -388,12 +385,11 @@ def _set_edges(beams: Beams, noise: Noise, i: int, work: Work) -> Any:
     """
     background, measured, density = beams.background, beams.measured, 0.0
     for side in range(2):
-        step = 2 * side - 1
-        j = i + step
+        j = i + 2 * side - 1
         if not 0 <= j < background.shape[0]:
             continue
         if background[j] < np.inf:
-            distance = _continued(beams, i, j, j + step)
+            distance = _continued(beams, i, j)
             if abs(distance - background[i]) > STEP:
                 variance = _scatter(noise, distance) + FOOTPRINT * FOOTPRINT + beams.blur[j]
                 bell = _bell(measured[i] - distance, variance)

@@ -16,7 +16,6 @@ from objstate.objects.furniture_mixture import (
     ABSENT,
     ANY_STD,
     FAR,
-    PROPOSED_STD,
     FurnitureMixture,
     Piece,
     of_place,

@@ -107,7 +107,9 @@ def read(
         np.ascontiguousarray(directions[:, :2]),
         np.where(ranges > RANGE_MAX, np.inf, ranges),
         nothing,
-        *np.zeros((2, len(rays))),
+        np.zeros(len(rays)),
+        np.zeros((len(rays), 2)),
+        np.zeros(len(rays)),
     )
 
 
@@ -301,6 +303,7 @@ def test_the_other_leaf_of_a_closed_double_door_is_no_part_of_a_leaf(slides: boo
             measured,
             background,
             np.full(len(ranges), 1e-4),
+            np.zeros((len(ranges), 2)),
             0.5 * np.exp(-0.5 * (off / 0.01) ** 2) / (0.01 * math.sqrt(2.0 * math.pi)),
         )
         mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, precise, seen)
@@ -439,6 +442,27 @@ def test_no_step_makes_the_errors_less_probable(
     assert at_mode - paid / times > at_mean - 15.0
 
 
+def test_a_beam_past_a_jamb_may_meet_a_casing_in_line_with_it() -> None:
+    """The first beam passes a doorway's jamb, the second meets it, the third the wall beside it."""
+    alone, ends = read(0.0), np.array([[0.95, 0.03], [0.95, -0.05], [1.1, -0.1]])
+    gone = ends - POSE[:2]
+    ranges = np.hypot(*gone.T)
+    evidence = []
+    for before in (0.0, 0.3):
+        beams = Beams(
+            alone.place,
+            np.tile(POSE[:2], (3, 1)),
+            gone / ranges[:, None],
+            ranges - np.array([before, 0.0, 0.0]),
+            np.array([4.0, *ranges[1:]]),
+            np.zeros(3),
+            np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]),
+            np.zeros(3),
+        )
+        evidence.append(log_evidence_of_closed(beams))
+    assert evidence[0] > evidence[1] + 1.0
+
+
 def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
     """One beam beside the wall before a closed leaf passes to the wall behind it."""
     alone, x = read(0.0), np.array([0.4, 0.42, 0.44, 0.46])
@@ -450,13 +474,17 @@ def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
         behind = 1.0 / (1.0 / 3.0 - np.arange(-1, 3) * (1.0 / 3.0 - 1.0 / (3.0 + steps)))
         background = np.where(np.arange(4) == 0, 1.0, behind)
         measured = np.array([1.0, 3.0, leaf_range[2], leaf_range[3]])
+        along = background[2] * directions[2] - background[1] * directions[1]
+        normals = np.tile(np.array([-along[1], along[0]]) / np.hypot(*along), (4, 1))
         beams = Beams(
             alone.place,
             np.tile(POSE[:2], (4, 1)),
             directions,
             measured,
             background,
-            *np.zeros((2, 4)),
+            np.zeros(4),
+            normals * (np.arange(4) > 0)[:, None],
+            np.zeros(4),
         )
         evidence.append(log_evidence_of_closed(beams))
     assert evidence[1] == pytest.approx(evidence[0], abs=0.1)
