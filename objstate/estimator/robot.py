@@ -197,14 +197,15 @@ class Robot:
 
         Of the objects ``near`` the robot, which this scan updates, those that are ``known`` are
         expected in one state, and others in states of their belief. Nothing is learnt of other
-        objects, so that beams aren't used which may meet them: an error of what they were taken
-        for would be the same in all scans.
+        objects, so that beams aren't used which may have met them: an error of what they were taken
+        for would be the same in all scans. One that ends behind all places of an object hasn't.
         """
         pose, scan, before = self._filter, sight.scan, self.belief
         assert pose is not None
         assert before is not None
         is_near = np.isin(sight.names, near.names)
-        before_far = sight.entries[~is_near].min(axis=0, initial=np.inf)
+        may_meet = np.where(sight.ends_behind[~is_near], np.inf, sight.entries[~is_near])
+        before_far = may_meet.min(axis=0, initial=np.inf)
         entered = sight.entries[is_near].min(axis=0, initial=np.inf)
         uncertain, certain = (
             self._sensing.scenery(self._scenery.represented(names), sight.height)

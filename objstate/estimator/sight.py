@@ -94,6 +94,17 @@ class Sight:
         )
         return np.asarray(found)
 
+    @lazy
+    def ends_behind(self) -> BoolArray:
+        """Whether each beam (m, n) ends behind each of those circles, as its reading says."""
+        robot, rays = self.robot, self.scan.rays
+        yaw_std = math.sqrt(robot.covariance[2, 2])
+        beams = rays.origins, *rays.courses, self.scan.ranges
+        found = circles.ends_behind(
+            self._in_range[1], robot.mean, robot.position_std, yaw_std, *beams
+        )
+        return np.asarray(found)
+
     def entered(self, name: str) -> FloatArray:
         """Range (n,) at which each beam enters an object's circle; inf where it misses it."""
         if name not in self.names:

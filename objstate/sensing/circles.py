@@ -90,6 +90,35 @@ def entries(
     return out
 
 
+@called_with("f2 f1 f f f2 f2 f1 f1")
+@_compile
+def ends_behind(
+    circles: FloatArray,
+    pose: FloatArray,
+    position_std: float,
+    yaw_std: float,
+    origins: FloatArray,
+    directions: FloatArray,
+    level: FloatArray,
+    ranges: FloatArray,
+) -> Any:
+    """Whether each beam (m, n) ends behind each circle (m, 3), so that nothing in it stopped it.
+
+    Beams are given as to ``entries``, and read ``ranges`` (n,), inf or nan where nothing came back.
+    """
+    out = np.empty((circles.shape[0], origins.shape[0]), dtype=np.bool_)
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    for k in range(circles.shape[0]):
+        x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
+        for i in range(origins.shape[0]):
+            to_x, to_y = x - origins[i, 0], y - origins[i, 1]
+            along = to_x * directions[i, 0] + to_y * directions[i, 1]
+            across = to_x * directions[i, 1] - to_y * directions[i, 0]
+            half = np.sqrt(max(radius * radius - across * across, 0.0))
+            out[k, i] = np.isfinite(ranges[i]) and ranges[i] * level[i] > along + half
+    return out
+
+
 @called_with("f2 f f f f2 b1")
 @_compile
 def near(
