@@ -129,7 +129,8 @@ class Exposures:
         squares = np.where(numbers >= 0, self._walls, 0.0) ** 2
         slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
         self._variance = of_walls + of_pose + ROUGH**2 + slanted
-        self._normals = np.where((numbers >= 0)[:, None], surfaces.normals[numbers], 0.0)
+        self._normals, meets = np.zeros((len(numbers), 2)), numbers >= 0
+        self._normals[meets] = surfaces.normals[numbers[meets]]
         self._others, noise = others, vantage.noise
         self._measured = sight.scan.ranges - vantage.bias
         self._densities = np.empty((len(others.names), len(squares)))  # of each other object

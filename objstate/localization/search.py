@@ -76,6 +76,8 @@ class Keyframe:
     before: Odds = NO_ODDS  # of being elsewhere at the previous keyframe already
     since: Odds = NO_ODDS  # of having come elsewhere since then
     chance: float = 0.0  # tempered log p(o) of the scan, averaged over places all over the building
+    since_searched: bool = True  # whether no search had one from the same place
+    reached: FloatArray | None = None  # (3,) odometry at the first one from that place
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,14 +135,23 @@ class Search:
     def note(self, keyframe: Keyframe) -> bool:
         """Keep a scan as a keyframe if it comes from a new place; return whether it was kept."""
         s, keyframes = self._settings.search, self._keyframes.setdefault(keyframe.scan.laser, [])
+        keyframe = replace(keyframe, reached=keyframe.odometry)
         if keyframes:
-            step = between(keyframes[-1].odometry, keyframe.odometry)
+            before = keyframes[-1]
+            assert before.reached is not None  # all that are kept have it
+            step = between(before.reached, keyframe.odometry)
             driven = float(np.hypot(step[0], step[1]))
-            waited = (keyframe.scan.stamp_ns - keyframes[-1].scan.stamp_ns) / 1e9
+            waited = (keyframe.scan.stamp_ns - before.scan.stamp_ns) / 1e9
             if driven < s.min_d and abs(step[2]) < s.min_a:
                 if waited < s.every_s:
                     return False
                 keyframes.pop()  # from the same place, where people may have moved on since
+                is_new = self._last is None or before.scan.stamp_ns > self._last.stamp_ns
+                keyframe = replace(
+                    keyframe,
+                    reached=before.reached,
+                    since_searched=before.since_searched and is_new,
+                )
         keyframes.append(keyframe)
         del keyframes[: -s.looks]
         return True
@@ -178,7 +189,8 @@ class Search:
 
         log odds(x) = log sum_k odds_k(x) exp(sum_{i >= k} l_i(x) - l_i(f)).
 
-        A place that the previous search found keeps its odds, plus the evidence of keyframes since.
+        A place that the previous search found keeps its odds, plus the evidence of keyframes since,
+        from other places: what a place lacks on the map, a robot that stands sees again and again.
         Places within ``within`` (3,) m, m, rad of the followed pose are the followed one.
 
         Raises BuildingError where the building has no place to search.
@@ -229,7 +241,7 @@ class Search:
         log_odds -= own
         if self._last is not None:
             last_ns = self._last.stamp_ns
-            later = [keyframe.scan.stamp_ns > last_ns for keyframe in keyframes]
+            later = [each.scan.stamp_ns > last_ns and each.since_searched for each in keyframes]
             since = gained[later].sum(axis=0)[:, 0]
             if is_followed.any():  # they follow the odometry like the others
                 since -= since[is_followed].max()
