@@ -68,3 +68,23 @@ def test_beams_that_say_nothing_meet_no_wall_and_touch_nothing() -> None:
     assert np.isnan(found.walls[::2]).all()
     assert np.isfinite(found.walls[1::2]).all()
     assert not found.near(10.0, found.valid).beams[::2].any()
+
+
+def test_a_beam_that_ends_behind_a_circle_has_passed_all_of_it() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        pose = np.array([*rng.uniform(-4.0, 0.5, 2), rng.uniform(-np.pi, np.pi)])
+        ranges = rng.uniform(0.1, 8.0, len(RAYS))
+        found = sight(pose, ranges)
+        beyond = ranges[:, None] + np.linspace(0.0, 10.0, 1001)  # m along the beams
+        bearing = pose[2] + np.arctan2(*RAYS.directions[:, 1::-1].T)
+        ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)[:, None]
+        origins = found.scan.rays.origins[:, None, :2]
+        assert not origins.any()  # beams leave from the robot
+        places = pose[:2] + beyond[..., None] * ahead
+        circles = Surroundings(PLACE).all_circles
+        off = np.hypot(*np.moveaxis(places - circles[:, None, None, :2], -1, 0))
+        enters = (off < circles[:, None, None, 2] - 0.01).any(axis=2)
+        passes = (off > circles[:, None, None, 2] + 0.01).all(axis=2)
+        assert not (found.ends_behind & enters).any()
+        assert found.ends_behind[passes & np.isfinite(found.entries)].all()

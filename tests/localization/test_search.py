@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import Hypotheses, Keyframe, LogLikelihood, Search, apart
 from objstate.localization.places import CLEARANCE, TURNS, Places
+from objstate.localization.search import Odds
 from objstate.records import Rays, Scan
 from objstate.sensing import Around, BeamModel, ExpectedRanges, Sensing
 from tests.rooms import LASER_HEIGHT, block, building, fan, fence, observed, wall
@@ -102,6 +104,38 @@ def test_scans_from_one_place_are_remembered_once() -> None:
     assert search.note(Keyframe(scan, np.zeros(3)))
     assert not search.note(Keyframe(scan, np.array([0.05, 0.0, 0.0])))
     assert search.note(Keyframe(scan, np.array([1.0, 0.0, 0.0])))
+
+
+def test_a_slow_robot_comes_to_new_places() -> None:
+    """It drives 0.3 m between two scans, and waits longer than for a scan from the same place."""
+    place = hall()
+    search, step_ns = Search(Sensing(place, MODEL), Settings()), 2_000_000_000
+    scan = observed(ExpectedRanges(place), {}, np.array([1.0, -2.0, 0.4]), RAYS)
+    for k in range(9):
+        scan_then = replace(scan, stamp_ns=k * step_ns)
+        assert search.note(Keyframe(scan_then, np.array([0.3 * k, 0.0, 0.0])))
+    places = [float(each.odometry[0]) for each in search.keyframes]
+    assert places == pytest.approx([0.3, 0.9, 1.5, 2.1, 2.4])
+
+
+def test_a_robot_that_stands_adds_no_evidence_for_another_place() -> None:
+    """It is followed 1 m off the place that its scans show; that it slipped there is known."""
+    place, rng = hall(), np.random.default_rng(2)
+    sensing, pose = Sensing(place, MODEL), np.array([1.0, -2.0, 0.4])
+    search, followed = Search(sensing, Settings()), pose + np.array([1.0, 0.5, 0.0])
+
+    def explained(scan: Scan) -> LogLikelihood:
+        view = sensing.view(scan)
+        return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
+
+    odds = []
+    for k in range(6):
+        scan = observed(ExpectedRanges(place), {}, pose, RAYS, rng)
+        scan = replace(scan, stamp_ns=k * 2_000_000_000)
+        slipped = Odds(slipped=1e-3) if k == 0 else Odds()
+        assert search.note(Keyframe(scan, np.zeros(3), followed, Odds(slipped=1e-3), slipped))
+        odds.append(float(search.hypotheses(explained, rng).log_odds.max()))
+    assert max(odds) < min(odds) + 5.0
 
 
 def test_places_are_free_inside_the_building_and_no_more_than_asked_for(
