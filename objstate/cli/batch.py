@@ -13,7 +13,15 @@ from objstate.cli.batch_progress import batch_progress
 from objstate.cli.console import print_text, print_warnings
 from objstate.cli.error_tables import UNITS
 from objstate.cli.extras import calibration_from
-from objstate.cli.options import CalibrationFile, Config, GlobalStart, Mounts, Quiet, Topics
+from objstate.cli.options import (
+    NOT_TO_BE_RELIED_ON,
+    CalibrationFile,
+    Config,
+    GlobalStart,
+    Mounts,
+    Quiet,
+    Topics,
+)
 from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
 from objstate.cli.tables import percent
 
@@ -98,7 +106,8 @@ def batch(
     """Estimate many logs, one process each.
 
     A log that fails, hangs or crashes costs nothing but itself. Called again with the same DIR,
-    it does only what is missing. The exit code is 0 when every log is done.
+    it does only what is missing. The exit code is 0 when every log is done, 1 when one isn't, and 3
+    when all are but the robot was lost for most of one, so that its estimates aren't reliable.
     """
     from objstate.batch import BatchOptions, gather, run_batch
     from objstate.batch.options import DEFAULT_TIME_LIMIT
@@ -144,8 +153,11 @@ def batch(
             write_batch_report(folder)
         print_warnings(_warnings(summary), quiet)
         _print(result, summary, out)
+        lost = mostly_lost(summary)
     if result.failed:
         raise typer.Exit(NOT_ALL_WENT_WELL)
+    if lost:
+        raise typer.Exit(NOT_TO_BE_RELIED_ON)
 
 
 def _cores() -> int:
@@ -165,6 +177,15 @@ def _warnings(summary: pl.DataFrame) -> list[str]:
     told = [f"{name}: {warning}" for name, own in doubtful[:LOGS_SHOWN] for warning in own]
     more = len(doubtful) - LOGS_SHOWN
     return [*told, *([f"{more} more logs have warnings; see {SUMMARY_TABLE}."] if more > 0 else [])]
+
+
+def mostly_lost(summary: pl.DataFrame) -> dict[str, float]:
+    """The share in which the robot was lost, of the logs whose estimates aren't reliable by it."""
+    from objstate.run.doubts import MOST_LOST
+
+    rows = summary.select("log", "lost_seconds", "log_seconds").drop_nulls().rows()
+    shares = {name: lost / seconds for name, lost, seconds in rows if seconds > 0.0}
+    return {name: share for name, share in shares.items() if share > MOST_LOST}
 
 
 def _errors(summary: pl.DataFrame) -> Iterator[str]:
@@ -189,9 +210,14 @@ def _errors(summary: pl.DataFrame) -> Iterator[str]:
 def _print(result: BatchResult, summary: pl.DataFrame, out: str) -> None:
     for outcome in result.failed:
         print_text(f"{outcome.name}: {outcome.status}. {outcome.reason or ''}".rstrip())
+    for name, share in mostly_lost(summary).items():
+        print_text(
+            f"{name}: not reliable. The robot was probably lost for {percent(share)} % of it."
+        )
     counts = Counter(outcome.status for outcome in result.outcomes)
     told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
-    print_text(f"{len(result.outcomes)} logs: {told}.")
+    number = len(result.outcomes)
+    print_text(f"{number} log{'' if number == 1 else 's'}: {told}.")
     for line in _errors(summary):
         print_text(line)
     print_text(f"Written: {out}")

@@ -22,6 +22,7 @@ from objstate.cli.error_tables import robot_table
 from objstate.cli.extras import Extras, calibration_from
 from objstate.cli.live import live_view
 from objstate.cli.options import (
+    NOT_TO_BE_RELIED_ON,
     CalibrationFile,
     ClockOffsets,
     Config,
@@ -52,10 +53,6 @@ if TYPE_CHECKING:
     from objstate.records import TrueState
     from objstate.run import RunResult
     from objstate.run.memory import WorldUse
-
-NOT_TO_BE_RELIED_ON = (
-    3  # exit code: results were written, and run.json says why they are no success
-)
 
 EXAMPLES = """\b
 Examples:

@@ -10,6 +10,9 @@ import typer
 from objstate.cli.console import print_text
 from objstate.cli.parsing import CLOCK_OFFSET, MOUNT, POSE
 
+# exit code: results were written, and say why they are no success
+NOT_TO_BE_RELIED_ON = 3
+
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar, no warnings.")]
 AsJson = Annotated[bool, typer.Option("--json", help="The same for programs.")]

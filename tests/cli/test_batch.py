@@ -5,9 +5,11 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
 
+import polars as pl
 import pytest
 
 from objstate.cli import main
+from objstate.cli.batch import mostly_lost
 from tests.cli.conftest import Outcome
 from tests.cli.test_commands import ROOM, SCENE
 
@@ -50,6 +52,11 @@ def test_a_batch_says_how_far_it_is_and_how_it_ended(run, home: Path, other: Out
     again = run(*command(home, "other"), "--seed", 5)
     assert again.code == 0
     assert f"0 logs to run, {LOGS} are done." in again.err
+
+
+def test_logs_in_which_the_robot_was_mostly_lost_are_named() -> None:
+    rows = {"log": ["a", "b", "c"], "lost_seconds": [1.0, 9.1, None], "log_seconds": [10.0] * 3}
+    assert mostly_lost(pl.DataFrame(rows)) == pytest.approx({"b": 0.91})
 
 
 def test_a_log_that_fails_sets_the_exit_code_and_is_named(run, home: Path, tmp_path: Path) -> None:
