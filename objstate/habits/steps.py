@@ -44,7 +44,7 @@ def by_days(of: Steps, kinds: int, least: int) -> Steps:
     """
     is_whole = (of.seconds == CELL_S) & (of.looks < 0)
     before = np.concatenate([[0], np.cumsum(is_whole)])
-    begins = np.flatnonzero(of.keys[: len(of.keys) - PER_DAY + 1] % PER_DAY == 0)
+    begins = np.flatnonzero(of.keys[: max(len(of.keys) - PER_DAY + 1, 0)] % PER_DAY == 0)
     ends, last = begins + PER_DAY, begins + PER_DAY - 1
     is_day = (before[ends] - before[begins] == PER_DAY) & (
         of.keys[last] - of.keys[begins] == PER_DAY - 1

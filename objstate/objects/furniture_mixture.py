@@ -3,7 +3,8 @@
 Each component is a place with a Gaussian over the error of the robot's pose and the object's offset
 from that place. One component represents an object that isn't there. Cells cover the prior and the
 surroundings of the most probable place, where a moved object arrives. Where readings show it
-elsewhere, components are proposed, which weigh what the mixture has there. See docs/model/furniture.md.
+elsewhere, components are proposed, which weigh what the mixture has there. See
+docs/model/furniture.md.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Scans in quick succession meet the same pieces of the same surfaces. What the model lacks of these,
 such as a box beside a door or the form of a leaf, is the same each time. So a piece that was met in
-n scans before has the weight 1 / (1 + n) in the evidence for an object's states (docs/model/door.md,
-"Readings that repeat").
+n scans before has the weight 1 / (1 + n) in the evidence for an object's states
+(docs/model/door.md, "Readings that repeat").
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from zoneinfo import ZoneInfo
 import numpy as np
 import pytest
 
-from objstate.habits.calendar import CELL_S, FREE, NANOSECONDS, PER_DAY, WORKING, Calendar
-from objstate.habits.steps import steps
+from objstate.habits.calendar import CELL_S, FREE, NANOSECONDS, PER_DAY, WORKING, Calendar, kinds
+from objstate.habits.steps import by_days, steps
 
 BERLIN = Calendar(ZoneInfo("Europe/Berlin"), frozenset({date(2026, 12, 25)}))
 
@@ -53,3 +53,16 @@ def test_steps_cover_the_time_between_looks() -> None:
     assert cut.looks[cut.looks >= 0].tolist() == [0, 1, 2, 3]
     ends = np.cumsum(cut.seconds)
     assert ends[cut.looks >= 0] == pytest.approx([5, 5, 3600, 90000])
+
+
+@pytest.mark.parametrize("hours", [1.0, 14.0, 23.0, 30.0, 400.0, 3000.0])
+def test_steps_by_days_last_as_long_and_keep_the_looks(hours: float) -> None:
+    begin = int(datetime(2026, 3, 20, 21, 40, tzinfo=UTC).timestamp()) * NANOSECONDS
+    looks = begin + (np.array([0.2, 0.7, 1.0]) * hours * 3600).astype(np.int64) * NANOSECONDS
+    cells = steps(BERLIN, begin, looks)
+    days = by_days(cells, kinds(BERLIN.seasons), least=1)
+    assert days.seconds.sum() == pytest.approx(cells.seconds.sum())
+    assert days.looks[days.looks >= 0].tolist() == [0, 1, 2]
+    ends = [np.cumsum(each.seconds)[each.looks >= 0] for each in (cells, days)]
+    assert ends[1] == pytest.approx(ends[0])
+    assert (days.keys >= kinds(BERLIN.seasons) * PER_DAY).any() == (hours > 100.0)
