@@ -47,7 +47,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (mixture.condition,),
     (pose.slipped, pose.gather, pose.surely_met, pose.agreement),
     (exchange.read_off, exchange.exchange, exchange.evidence_under, latch.limit),
-    (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.ends_behind, sight.seen),
+    (sight.evenly_spread, sight.within, sight.near, sight.crossings, sight.seen),
     (
         *(pose.drive, pose.leave, pose.rows, pose.wall_sums),
         *(pose.meet_objects, pose.expect_objects, pose.expect_each),

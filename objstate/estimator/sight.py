@@ -82,28 +82,28 @@ class Sight:
         return self.surroundings.within(self.robot.mean, self.scan.range_max)
 
     @lazy
+    def _crossings(self) -> FloatArray:
+        """Ranges (2, m, n) at which each beam enters and leaves each object's circle."""
+        robot, rays = self.robot, self.scan.rays
+        yaw_std = math.sqrt(robot.covariance[2, 2])
+        found = circles.crossings(
+            self._in_range[1], robot.mean, robot.position_std, yaw_std, rays.origins, *rays.courses
+        )
+        return np.asarray(found)
+
+    @property
     def entries(self) -> FloatArray:
         """Range (m, n) at which each beam enters each object's circle; inf where it misses it.
 
         The circles are widened by the robot's own uncertainty.
         """
-        robot, rays = self.robot, self.scan.rays
-        yaw_std = math.sqrt(robot.covariance[2, 2])
-        found = circles.entries(
-            self._in_range[1], robot.mean, robot.position_std, yaw_std, rays.origins, *rays.courses
-        )
-        return np.asarray(found)
+        return np.asarray(self._crossings[0])
 
-    @lazy
+    @property
     def ends_behind(self) -> BoolArray:
-        """Whether each beam (m, n) ends behind each of those circles, as its reading says."""
-        robot, rays = self.robot, self.scan.rays
-        yaw_std = math.sqrt(robot.covariance[2, 2])
-        beams = rays.origins, *rays.courses, self.scan.ranges
-        found = circles.ends_behind(
-            self._in_range[1], robot.mean, robot.position_std, yaw_std, *beams
-        )
-        return np.asarray(found)
+        """Whether each beam (m, n) ends behind the circle, so that no object in it stopped it."""
+        ranges = self.scan.ranges
+        return np.asarray(np.isfinite(ranges) & (ranges > self._crossings[1]))
 
     def entered(self, name: str) -> FloatArray:
         """Range (n,) at which each beam enters an object's circle; inf where it misses it."""

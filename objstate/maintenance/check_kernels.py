@@ -148,7 +148,9 @@ def _by_hypothesis(
     out: FloatArray,
 ) -> None:
     """Tempered log-likelihoods ``out`` (3,) by those of states (s + 1,), absence last."""
-    states, top = len(hypotheses), totals.max()
+    states, top = len(hypotheses), totals[0]
+    for s in range(1, len(totals)):
+        top = max(top, totals[s])
     out[:] = 0.0
     for s in range(states):
         out[hypotheses[s]] += np.exp(tempering * (totals[s] - top) + log_weights[s])

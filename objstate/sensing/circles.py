@@ -65,7 +65,7 @@ def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
 
 @called_with("f2 f1 f f f2 f2 f1")
 @_compile
-def entries(
+def crossings(
     circles: FloatArray,
     pose: FloatArray,
     position_std: float,
@@ -74,48 +74,24 @@ def entries(
     directions: FloatArray,
     level: FloatArray,
 ) -> Any:
-    """Range (m, n) at which each beam enters each circle (m, 3); inf where it misses it.
+    """Ranges (2, m, n) at which each beam enters and leaves each circle (m, 3); inf where it misses it.
 
     Beams have ``origins`` (n, 3) in the frame of the robot at a ``pose`` (3,), ``directions`` (n,
     2) seen from above, and a share ``level`` (n,) of their ranges. The circles are widened by the
     robot's uncertainty.
     """
-    out = np.empty((circles.shape[0], origins.shape[0]))
+    out = np.empty((2, circles.shape[0], origins.shape[0]))
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for k in range(circles.shape[0]):
         x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
         for i in range(origins.shape[0]):
             to_x, to_y = x - origins[i, 0], y - origins[i, 1]
-            out[k, i] = entry(to_x, to_y, radius, directions[i, 0], directions[i, 1]) / level[i]
-    return out
-
-
-@called_with("f2 f1 f f f2 f2 f1 f1")
-@_compile
-def ends_behind(
-    circles: FloatArray,
-    pose: FloatArray,
-    position_std: float,
-    yaw_std: float,
-    origins: FloatArray,
-    directions: FloatArray,
-    level: FloatArray,
-    ranges: FloatArray,
-) -> Any:
-    """Whether each beam (m, n) ends behind each circle (m, 3), so that nothing in it stopped it.
-
-    Beams are given as to ``entries``, and read ``ranges`` (n,), inf or nan where nothing came back.
-    """
-    out = np.empty((circles.shape[0], origins.shape[0]), dtype=np.bool_)
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    for k in range(circles.shape[0]):
-        x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
-        for i in range(origins.shape[0]):
-            to_x, to_y = x - origins[i, 0], y - origins[i, 1]
-            along = to_x * directions[i, 0] + to_y * directions[i, 1]
-            across = to_x * directions[i, 1] - to_y * directions[i, 0]
+            dx, dy = directions[i, 0], directions[i, 1]
+            entered = entry(to_x, to_y, radius, dx, dy)
+            across = to_x * dy - to_y * dx
             half = np.sqrt(max(radius * radius - across * across, 0.0))
-            out[k, i] = np.isfinite(ranges[i]) and ranges[i] * level[i] > along + half
+            left = to_x * dx + to_y * dy + half if entered < np.inf else np.inf
+            out[0, k, i], out[1, k, i] = entered / level[i], left / level[i]
     return out
 
 

@@ -33,7 +33,7 @@ else:
 MOST = 24  # largest number of components of a smoothed mixture
 NUMBERS = 1024  # largest number of components of one moment
 LEAST = 1e-4  # weight below which a component is dropped
-SAME = np.diag(np.square([0.02, 0.02, np.radians(2.0)]))  # (m, m, rad) of places that are one
+SAME = np.diag(np.square([0.015, 0.015, np.radians(1.5)]))  # (m, m, rad) of places that are one
 
 
 class FurnitureHistory(NamedTuple):
@@ -51,6 +51,7 @@ class Places(NamedTuple):
     covariances: FloatArray  # (c, 3, 3)
     names: IntArray  # (c,) a number that a component keeps while the object stays there
     stands: FloatArray  # (c, 3) where a component of this name stood last
+    spreads: FloatArray  # (c, 3, 3) covariances there
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +107,10 @@ def _filtered(step: FurnitureStep, moment: int) -> Places:
     """The filtered mixture of a step."""
     count = 1 + len(step.table)
     places = np.concatenate([[[FAR, FAR, 0.0]], step.places])
-    return Places(
-        np.concatenate([[step.absent], step.weights]),
-        places,
-        np.concatenate([np.eye(3)[None], step.covariances]),
-        np.where(np.arange(count) > 0, moment * NUMBERS + np.arange(count), ABSENT),
-        places,
-    )
+    covariances = np.concatenate([np.eye(3)[None], step.covariances])
+    names = np.where(np.arange(count) > 0, moment * NUMBERS + np.arange(count), ABSENT)
+    weights = np.concatenate([[step.absent], step.weights])
+    return Places(weights, places, covariances, names, places, covariances)
 
 
 def _stays(step: FurnitureStep, after: Places, seconds: float) -> FloatArray:
@@ -139,7 +137,7 @@ def _densities(
     """(c - 1,) densities of a mixture, blurred by ``SAME``, where the object stood last."""
     out, symmetry = np.zeros((len(at.weights) - 1, 1)), piece.item.symmetry
     for j in range(len(out)):
-        wide = of_place(covariances + at.covariances[1 + j] + SAME, len(weights))
+        wide = of_place(covariances + at.spreads[1 + j] + SAME, len(weights))
         place = at.stands[1 + j : 2 + j]
         components.densities(
             place, weights, places, wide, ANY_STD, symmetry.order, symmetry.centre, out[j]
@@ -165,6 +163,7 @@ def _joined(symmetry: Symmetry, after: Places, stays: FloatArray, before: Places
         np.concatenate([covariances, before.covariances[1:]])[kept],
         np.concatenate([after.names, before.names[1:]])[kept],
         np.concatenate([after.stands, before.stands[1:]])[kept],
+        np.concatenate([after.spreads, before.spreads[1:]])[kept],
     )
 
 

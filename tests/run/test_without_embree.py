@@ -34,7 +34,7 @@ BUILDING = """
 """
 SCENE = """
 building: hall.urdf
-route: {{waypoints: [{{x: 0.0, y: 0.0}}, {{x: 0.6, y: 0.0}}]}}
+route: {{waypoints: [{{x: 0.0, y: 0.0}}, {{x: 0.9, y: 0.0}}]}}
 lasers: [{{mount: {{z: 0.3, pitch: {pitch}}}}}]
 objects: [{{name: door, initial: 0.9}}]
 """
