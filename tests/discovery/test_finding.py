@@ -513,8 +513,8 @@ def test_a_gap_lies_in_a_wall_if_both_sides_of_it_do(side: int, width: int) -> N
 def test_walls_run_in_few_directions(turned: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     along_walls = np.tile([turned, turned + 90.0], 6) + rng.normal(0.0, 0.5, 12)
-    turns = np.radians(np.concatenate([along_walls, rng.uniform(0.0, 180.0, 24)]))
-    lengths = np.repeat([8.0, 2.0], [12, 24])
+    turns = np.radians(np.concatenate([along_walls, rng.uniform(0.0, 180.0, 48)]))
+    lengths = np.repeat([8.0, 2.0], [12, 48])
     lines = [
         WallLine(np.zeros(2), np.array([np.cos(turn), np.sin(turn)]), length)
         for turn, length in zip(turns, lengths, strict=True)
