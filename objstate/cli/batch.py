@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -152,8 +152,8 @@ def batch(
         if not has_report and any(outcome.status == "done" for outcome in result.outcomes):
             write_batch_report(folder)
         print_warnings(_warnings(summary), quiet)
-        _print(result, summary, out)
         lost = mostly_lost(summary)
+        _print(result, summary, lost, out)
     if result.failed:
         raise typer.Exit(NOT_ALL_WENT_WELL)
     if lost:
@@ -207,10 +207,10 @@ def _errors(summary: pl.DataFrame) -> Iterator[str]:
         )
 
 
-def _print(result: BatchResult, summary: pl.DataFrame, out: str) -> None:
+def _print(result: BatchResult, summary: pl.DataFrame, lost: Mapping[str, float], out: str) -> None:
     for outcome in result.failed:
         print_text(f"{outcome.name}: {outcome.status}. {outcome.reason or ''}".rstrip())
-    for name, share in mostly_lost(summary).items():
+    for name, share in lost.items():
         print_text(
             f"{name}: not reliable. The robot was probably lost for {percent(share)} % of it."
         )

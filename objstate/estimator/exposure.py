@@ -38,7 +38,7 @@ class Exposure:
     walls: FloatArray  # (n,) m
     background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
     blur: FloatArray  # (n,) m^2, its variance
-    normals: FloatArray  # (n, 2) of walls in the background, 0 where there is none
+    normals: FloatArray  # (n, 2) of those walls, 0 where there is none
     others: FloatArray  # (n,) 1/m, density of the ranges to other objects whose state isn't known
     errors: WallErrors
 
@@ -73,6 +73,7 @@ class Exposure:
     def beams(self, chosen: IntArray | BoolArray) -> kernels.Beams:
         """Some of the beams, as the compiled loops take them."""
         vantage = self.vantage
+        meets_wall = self.background[chosen] == self.walls[chosen]
         return kernels.Beams(
             vantage.place,
             vantage.origins[chosen],
@@ -80,7 +81,7 @@ class Exposure:
             self.scan.ranges[chosen] - vantage.bias,
             self.background[chosen],
             self.blur[chosen],
-            self.normals[chosen],
+            np.where(meets_wall[:, None], self.normals[chosen], 0.0),
             self.others[chosen],
         )
 
@@ -157,7 +158,6 @@ class Exposures:
         anywhere = np.where(self._measured > entered, pose_update.STANDING, 0.0)
         others = self._densities[among].sum(axis=0) + anywhere
         blur = np.where(np.isfinite(background), self._variance, 0.0)
-        normals = np.where((background == self._walls)[:, None], self._normals, 0.0)
         return Exposure(
             name,
             self._sight,
@@ -166,7 +166,7 @@ class Exposures:
             self._walls,
             background,
             blur,
-            normals,
+            self._normals,
             others,
             self._errors,
         )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from objstate.compiling import called_with, inner, njit
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
 from objstate.habits.calendar import CELL_S
 
@@ -14,6 +16,19 @@ LEAST = 1e-300  # probability
 _compile = njit(nogil=True, error_model="numpy")
 _inner = inner(nogil=True, error_model="numpy")
 _maker = inner(makes_arrays=True, nogil=True, error_model="numpy")
+
+
+@record("process", "f2 f3 f3 f4 i2 i2 f2")
+class Process(NamedTuple):
+    """A Markov process by the key of a cell (k), and what its local parameters (u) depend on."""
+
+    rates: FloatArray  # (k, s) 1/s, eigenvalues of the generator
+    right: FloatArray  # (k, s, s) its right eigenvectors
+    left: FloatArray  # (k, s, s) the inverse of those
+    local_slopes: FloatArray  # (k, u, s, s) derivatives by local parameters, in its eigenvectors
+    which: IntArray  # (k, a) parameters that matter
+    to: IntArray  # (k, a) the local one of each
+    by: FloatArray  # (k, a) by how much
 
 
 @_inner
@@ -124,23 +139,19 @@ def _condition(state: FloatArray, slope: FloatArray, look: FloatArray, score: Fl
 
 @_maker
 def _pass(
-    rates: FloatArray,
-    right: FloatArray,
-    left: FloatArray,
-    local_slopes: FloatArray,
-    which: IntArray,
-    to: IntArray,
-    by: FloatArray,
+    process: Process,
+    k: int,
     seconds: float,
     state: FloatArray,
     slope: FloatArray,
     moved_on: FloatArray,
 ) -> None:
-    """Let some seconds pass in one cell: ``state`` (s,) is changed, and its new derivatives are set.
+    """Let some seconds pass in a cell of the key k: ``state`` (s,) is changed.
 
-    ``slope`` (s, p) are those before, and ``moved_on`` (s, p) those after.
+    Its derivatives are ``slope`` (s, p) before, and ``moved_on`` (s, p) are set to those after.
     """
-    s = state.shape[0]
+    s, rates, right, left = state.shape[0], process.rates[k], process.right[k], process.left[k]
+    local_slopes, which, to = process.local_slopes[k], process.which[k], process.to[k]
     kept, passes, before = np.empty(s), np.empty((s, s)), np.empty((s, 1))
     moved = np.empty((local_slopes.shape[0], s))
     for j in range(s):
@@ -154,21 +165,15 @@ def _pass(
         state[j] = max(state[j], 0.0)
     for m in range(which.shape[0]):
         for j in range(s):
-            moved_on[j, which[m]] += by[m] * moved[to[m], j]
+            moved_on[j, which[m]] += process.by[k, m] * moved[to[m], j]
 
 
-@called_with("i1 i f2 f3 f3 f4 i2 i2 f2 f3 f4")
+@called_with("i1 i process f3 f4")
 @_compile
 def whole_days(
     kinds: IntArray,
     per_day: int,
-    rates: FloatArray,
-    right: FloatArray,
-    left: FloatArray,
-    local_slopes: FloatArray,
-    which: IntArray,
-    to: IntArray,
-    by: FloatArray,
+    process: Process,
     passes: FloatArray,
     slopes: FloatArray,
 ) -> None:
@@ -184,8 +189,7 @@ def whole_days(
             state[:], slope[:] = 0.0, 0.0
             state[begin] = 1.0
             for k in range(kind * per_day, (kind + 1) * per_day):
-                of_key = rates[k], right[k], left[k], local_slopes[k], which[k], to[k], by[k]
-                _pass(*of_key, CELL_S, state, slope, moved_on)
+                _pass(process, k, CELL_S, state, slope, moved_on)
                 slope, moved_on = moved_on, slope
             for j in range(s):
                 passes[kind, begin, j] = state[j]
@@ -193,7 +197,7 @@ def whole_days(
                     slopes[kind, begin, j, c] = slope[j, c]
 
 
-@called_with("f1 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f3 f4 f1 f2")
+@called_with("f1 i1 f1 i1 f2 process f3 f4 f1 f2")
 @_compile
 def forward(
     state: FloatArray,
@@ -201,13 +205,7 @@ def forward(
     seconds: FloatArray,
     looks: IntArray,
     likelihood: FloatArray,
-    rates: FloatArray,
-    right: FloatArray,
-    left: FloatArray,
-    local_slopes: FloatArray,
-    which: IntArray,
-    to: IntArray,
-    by: FloatArray,
+    process: Process,
     over_days: FloatArray,
     day_slopes: FloatArray,
     score: FloatArray,
@@ -221,8 +219,8 @@ def forward(
     ``likelihood`` (n, r) is scaled to 1 at its largest. The information is Fisher's, expected over
     what the door might have shown, of looks as sure as each was.
     """
-    s, p, cells = state.shape[0], score.shape[0], rates.shape[0]
-    told, before = np.empty(p), np.empty(s)
+    s, p, cells = state.shape[0], score.shape[0], process.rates.shape[0]
+    told, before = np.empty(p), np.empty((s, 1))
     slope, moved_on = np.zeros((s, p)), np.empty((s, p))  # derivatives of the state
     total = 0.0
     information[:] = 0.0
@@ -231,18 +229,16 @@ def forward(
         k, t = keys[i], seconds[i]
         if k >= cells:
             passes, day = over_days[k - cells], day_slopes[k - cells]
-            before[:] = state
+            before[:, 0] = state
             _onward(slope, passes, moved_on)
+            _onward(before, passes, state.reshape(s, 1))
             for j in range(s):
-                state[j] = 0.0
                 for m in range(s):
-                    state[j] += before[m] * passes[m, j]
                     for c in range(p):
-                        moved_on[j, c] += before[m] * day[m, j, c]
+                        moved_on[j, c] += before[m, 0] * day[m, j, c]
             slope, moved_on = moved_on, slope
         elif t > 0.0:
-            of_key = rates[k], right[k], left[k], local_slopes[k], which[k], to[k], by[k]
-            _pass(*of_key, t, state, slope, moved_on)
+            _pass(process, k, t, state, slope, moved_on)
             slope, moved_on = moved_on, slope
         if looks[i] >= 0:
             look = likelihood[looks[i]]

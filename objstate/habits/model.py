@@ -126,17 +126,16 @@ def evidence_of(
         of = chain(u)
         state = of.settled[cells.keys[0]].copy() if after is None else after.state.copy()
         right, left = np.ascontiguousarray(of.right), np.ascontiguousarray(of.left)
-        process = of.rates, right, left, slopes(u, of)
+        process = kernels.Process(of.rates, right, left, slopes(u, of), *design.active)
         over_days = np.empty((of_days, states, states))
         day_slopes = np.empty((of_days if len(days) else 0, states, states, parameters))
-        kernels.whole_days(days, PER_DAY, *process, *design.active, over_days, day_slopes)
+        kernels.whole_days(days, PER_DAY, process, over_days, day_slopes)
         score, information = np.empty(parameters), np.empty((parameters, parameters))
         total = kernels.forward(
             state,
             *cut,
             looks.likelihood,
-            *process,
-            *design.active,
+            process,
             over_days,
             day_slopes,
             score,

@@ -77,7 +77,12 @@ class Keyframe:
     since: Odds = NO_ODDS  # of having come elsewhere since then
     chance: float = 0.0  # tempered log p(o) of the scan, averaged over places all over the building
     since_searched: bool = True  # whether no search had one from the same place
-    reached: FloatArray | None = None  # (3,) odometry at the first one from that place
+    reached: FloatArray | None = None  # (3,) odometry at the first one from there, if another was
+
+    @property
+    def place(self) -> FloatArray:
+        """(3,) odometry at the first keyframe from its place."""
+        return self.odometry if self.reached is None else self.reached
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +140,9 @@ class Search:
     def note(self, keyframe: Keyframe) -> bool:
         """Keep a scan as a keyframe if it comes from a new place; return whether it was kept."""
         s, keyframes = self._settings.search, self._keyframes.setdefault(keyframe.scan.laser, [])
-        keyframe = replace(keyframe, reached=keyframe.odometry)
         if keyframes:
             before = keyframes[-1]
-            assert before.reached is not None  # all that are kept have it
-            step = between(before.reached, keyframe.odometry)
+            step = between(before.place, keyframe.odometry)
             driven = float(np.hypot(step[0], step[1]))
             waited = (keyframe.scan.stamp_ns - before.scan.stamp_ns) / 1e9
             if driven < s.min_d and abs(step[2]) < s.min_a:
@@ -149,7 +152,7 @@ class Search:
                 is_new = self._last is None or before.scan.stamp_ns > self._last.stamp_ns
                 keyframe = replace(
                     keyframe,
-                    reached=before.reached,
+                    reached=before.place,
                     since_searched=before.since_searched and is_new,
                 )
         keyframes.append(keyframe)

@@ -39,13 +39,16 @@ def seen_from(
 
 
 @_inner
-def entry(x: float, y: float, radius: float, dx: float, dy: float) -> Any:
-    """Range at which a beam in a direction enters a circle about x, y, as seen from its origin."""
+def crossing(x: float, y: float, radius: float, dx: float, dy: float) -> Any:
+    """Ranges at which a beam in a direction enters and leaves a circle about x, y, from its origin.
+
+    Both are inf where it misses it.
+    """
     along, across = x * dx + y * dy, x * dy - y * dx
     squared = radius * radius - across * across
     half = np.sqrt(max(squared, 0.0))
     enters = (squared >= 0.0) & (along + half > 0.0)
-    return max(along - half, 0.0) if enters else np.inf
+    return max(along - half, 0.0) if enters else np.inf, along + half if enters else np.inf
 
 
 @called_with("f2 f f f")
@@ -86,11 +89,7 @@ def crossings(
         x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
         for i in range(origins.shape[0]):
             to_x, to_y = x - origins[i, 0], y - origins[i, 1]
-            dx, dy = directions[i, 0], directions[i, 1]
-            entered = entry(to_x, to_y, radius, dx, dy)
-            across = to_x * dy - to_y * dx
-            half = np.sqrt(max(radius * radius - across * across, 0.0))
-            left = to_x * dx + to_y * dy + half if entered < np.inf else np.inf
+            entered, left = crossing(to_x, to_y, radius, directions[i, 0], directions[i, 1])
             out[0, k, i], out[1, k, i] = entered / level[i], left / level[i]
     return out
 
@@ -156,7 +155,7 @@ def seen(
             if not beams[i]:
                 continue
             to_x, to_y = x - origins[i, 0], y - origins[i, 1]
-            entered = entry(to_x, to_y, radius, directions[i, 0], directions[i, 1])
+            entered, _ = crossing(to_x, to_y, radius, directions[i, 0], directions[i, 1])
             if entered / level[i] < walls[chosen] + SPREAD_SIGMAS * position_std:
                 found[count] = k
                 count += 1

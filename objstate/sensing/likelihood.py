@@ -13,7 +13,7 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
+from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, crossing, seen_from
 from objstate.sensing.projection import SPARE, project, stands, untouched
 from objstate.sensing.runs import (
     densities_of,
@@ -428,7 +428,7 @@ def _is_chosen(
     x, y = x - sweep[CENTRE_X], y - sweep[CENTRE_Y]
     for i in range(walls.shape[0]):
         dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
-        entered = entry(x - beams[ORIGIN_X, i], y - beams[ORIGIN_Y, i], radius, dx, dy)
+        entered, _ = crossing(x - beams[ORIGIN_X, i], y - beams[ORIGIN_Y, i], radius, dx, dy)
         if entered < walls[i, 0] + SPREAD_SIGMAS * std[0]:
             return True
     return False

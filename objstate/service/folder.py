@@ -5,7 +5,7 @@ from __future__ import annotations
 import uuid
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy import Connection, delete, insert, select, update
 
 from objstate.errors import SettingsError
 from objstate.outputs import make_folder, write_text
@@ -32,9 +32,11 @@ def claim(database: Database, folder: Path, *, is_new: bool = False) -> None:
             raise SettingsError(
                 f"{folder} has the drives of the world {of_world}; give another --data."
             )
-        is_another = known is not None and (own is not None or _drives(connection) > 0)
-        is_empty = known is None and not (folder / "logs").is_dir() and _drives(connection) > 0
-        if (is_another or is_empty) and not is_new:
+        if known is None:
+            is_other = not (folder / "logs").is_dir() and _has_drives(connection)
+        else:
+            is_other = own is not None or _has_drives(connection)
+        if is_other and not is_new:
             where = "another folder" if known is None else known.path
             raise SettingsError(
                 f"The world's drives lie in {where}, not in {folder}; give that as --data. If it is "
@@ -46,6 +48,6 @@ def claim(database: Database, folder: Path, *, is_new: bool = False) -> None:
         connection.execute(insert(FOLDER).values(identity=own, path=str(folder.absolute())))
 
 
-def _drives(connection: Connection) -> int:
-    """How many drives a world's services have taken."""
-    return connection.execute(select(func.count()).select_from(DRIVES)).scalar_one()
+def _has_drives(connection: Connection) -> bool:
+    """Whether a world's services have taken any."""
+    return connection.execute(select(DRIVES.c.id)).first() is not None

@@ -153,18 +153,12 @@ def _joined(symmetry: Symmetry, after: Places, stays: FloatArray, before: Places
     weights[ABSENT] += moved * before.weights[ABSENT]
     heavy = 1 + np.argsort(-weights[1:], kind="stable")[:MOST]
     kept = np.concatenate([[ABSENT], np.sort(heavy[weights[heavy] > LEAST])])
-    stayed_there = kept[(kept > ABSENT) & (kept < len(stayed))]
     places, covariances = after.places.copy(), after.covariances.copy()
-    for j in stayed_there:
+    for j in kept[(kept > ABSENT) & (kept < len(stayed))]:
         places[j], covariances[j] = _carried_back(symmetry, places[j], covariances[j], before)
-    return Places(
-        weights[kept] / weights[kept].sum(),
-        np.concatenate([places, before.places[1:]])[kept],
-        np.concatenate([covariances, before.covariances[1:]])[kept],
-        np.concatenate([after.names, before.names[1:]])[kept],
-        np.concatenate([after.stands, before.stands[1:]])[kept],
-        np.concatenate([after.spreads, before.spreads[1:]])[kept],
-    )
+    after = after._replace(places=places, covariances=covariances)
+    both = (np.concatenate([a, b[1:]])[kept] for a, b in zip(after[1:], before[1:], strict=True))
+    return Places(weights[kept] / weights[kept].sum(), *both)
 
 
 def _carried_back(

@@ -144,7 +144,10 @@ def test_a_door_that_was_just_seen_is_looked_at_when_that_is_worth_it_again(
     given = ["--building", place / "room.urdf", "--at", "1,0,90deg"]
     asked_of = ["next", "--world", seen(place, tmp_path, 0.0), *given]
     said = run(*asked_of, "--for", "pass office_door").out
-    assert "pass office_door: needs no look; a robot 0.50 m wide doesn't pass, probability 1.00" in said
+    assert (
+        "pass office_door: needs no look; a robot 0.50 m wide doesn't pass, probability 1.00"
+        in said
+    )
     assert "0.60 m wide" in run(*asked_of, "--for", "pass office_door", "--width", "0.6").out
     assert "The next look is worth it in about" in said
     assert "0 s ago" in said

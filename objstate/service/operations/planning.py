@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
+from objstate.maintenance.triggers import ROBOT_WIDTH
 from objstate.service.operations.operation import AT, LENGTH, Operation, Query
 from objstate.service.questions import EdgesQuestion, PathQuestion
 from objstate.service.requests import body_of, moment_of, number_of, text_of, truth_of
@@ -36,7 +37,7 @@ async def get_doors(parts: Parts, request: Request, _: Token) -> Response:
 async def get_next(parts: Parts, request: Request, _: Token) -> Response:
     pose, when = text_of(request, POSE.name), moment_of(request)
     plans, stay = request.query_params.getlist(PLAN.name), truth_of(request, STAY.name)
-    width = number_of(request, DRIVING_WIDTH.name, 0.5)
+    width = number_of(request, DRIVING_WIDTH.name, ROBOT_WIDTH)
     told = await asyncio.to_thread(parts.advice.next, pose, when, plans, stay, width)
     return JSONResponse(told)
 
@@ -49,7 +50,7 @@ POSE = Query(
 )
 PLAN = Query("plan", "string", "what is about to be done, as 'pass door_07'; repeatable")
 STAY = Query("stay", "boolean", "only what can be seen without driving")
-DRIVING_WIDTH = Query("width", "number", "m, of the robot; default: 0.5")
+DRIVING_WIDTH = Query("width", "number", f"m, of the robot; default: {ROBOT_WIDTH}")
 PASSED_WIDTH = Query("width", "number", "m, of the robot; default: 0.6")
 OPERATIONS = (
     Operation(
