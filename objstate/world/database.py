@@ -119,6 +119,9 @@ class Database:
 
 def _reason(error: BaseException | None) -> str:
     """What a driver says: of PostgreSQL's error fields the message and the code."""
+    if error is not None and isinstance(error.__cause__, OSError):  # pg8000 hides why
+        why = error.__cause__.strerror or error.__cause__
+        return f"no server answers there ({why}); check host and port, and that it runs."
     told = error.args[0] if error is not None and error.args else None
     return f"{told['M']} ({told['C']})" if isinstance(told, dict) else str(error)
 
