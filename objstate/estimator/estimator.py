@@ -145,6 +145,12 @@ class Estimator:
         """From where the beams of the last scan left, with the laser's errors as learnt."""
         return self._robot.vantage(scan)
 
+    def walls(self, scan: Scan) -> FloatArray:
+        """(k,) m to the walls along a scan's valid beams, from the mean of ``robot``."""
+        assert self.robot is not None
+        walls: FloatArray = self._sensing.view(scan).walls(self.robot.mean[None])[0]
+        return walls
+
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
         """Offsets (2,) m of hinges that are significantly off the model, by door.

@@ -14,6 +14,8 @@ from objstate.localization import PoseBelief
 from objstate.records import Estimate, Path, Record, Scan
 
 NOTICEABLE = 0.01  # change of a probability
+COMPARED_NS = 1_000_000_000  # least time between two scans of a laser that are held to the walls
+THROUGH = 0.15  # m beyond a wall, from which on a reading passed through it
 
 
 @dataclass
@@ -34,6 +36,9 @@ class Drive:
         default_factory=list
     )  # from a stamp on, the probability
     poses: array[float] = field(default_factory=lambda: array("d"))  # x, y, yaw at each of them
+    returned: int = 0  # readings of some scans, from a robot that was probably localized
+    through: int = 0  # those of them that passed through a wall
+    _compared_ns: dict[str, int] = field(default_factory=dict)  # the last of these scans, by laser
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Record the state after a record."""
@@ -45,6 +50,8 @@ class Drive:
             self.observed += sum(estimate.observed for estimate in estimates)
         if isinstance(record, Scan):
             self._note_scan(record, estimator.robot)
+            if self._is_compared(record, estimator):
+                self._compare(record, estimator.walls(record))
             p = estimator.p_localized
             if not self.localized or abs(p - self.localized[-1][1]) >= NOTICEABLE:
                 self.localized.append((record.stamp_ns, p))
@@ -63,6 +70,26 @@ class Drive:
     def start(self) -> FloatArray:
         """The first pose (3,) that is known. Raises IndexError where none is."""
         return np.asarray(self.path.poses[0])
+
+    @property
+    def share_through(self) -> float:
+        """Share, 0..1, of the readings that passed through walls of the building.
+
+        People and boxes shorten readings, but nothing lets a beam pass a wall.
+        """
+        return self.through / max(self.returned, 1)
+
+    def _is_compared(self, scan: Scan, estimator: Estimator) -> bool:
+        last = self._compared_ns.get(scan.laser)
+        is_due = last is None or scan.stamp_ns - last >= COMPARED_NS
+        return is_due and estimator.robot is not None and not estimator.is_lost
+
+    def _compare(self, scan: Scan, walls: FloatArray) -> None:
+        self._compared_ns[scan.laser] = scan.stamp_ns
+        ranges = scan.ranges[scan.valid]
+        returned = np.isfinite(ranges)
+        self.returned += int(np.count_nonzero(returned))
+        self.through += int(np.count_nonzero(ranges[returned] > walls[returned] + THROUGH))
 
     def _note_scan(self, scan: Scan, robot: PoseBelief | None) -> None:
         self.scans += 1

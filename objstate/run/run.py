@@ -87,6 +87,7 @@ class RunResult:
     warnings: tuple[str, ...]  # the failures first
     failures: tuple[str, ...] = ()  # why its estimates aren't reliable; empty for a success
     lost_share: float = 0.0  # of the log, in which the robot was probably lost
+    share_through: float = 0.0  # of the readings, which pass through walls of the building
     lost_ns: tuple[tuple[int, int], ...] = ()  # intervals in which the robot was probably lost
     lost_probabilities: tuple[float, ...] = ()  # the largest probability in each of these
     # from a stamp on, the probability of the published pose
@@ -111,6 +112,7 @@ class RunResult:
             "success": not self.failures,
             "failures": list(self.failures),
             "lost_share": self.lost_share,
+            "share_through": self.share_through,
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
             "lost_probabilities": list(self.lost_probabilities),
@@ -213,6 +215,7 @@ def estimate_log(
             ),
             failures=tuple(failed),
             lost_share=lost_share(drive, estimator, options),
+            share_through=drive.share_through,
             lost_ns=tuple(estimator.lost),
             lost_probabilities=estimator.lost_probabilities,
             p_localized=tuple(drive.localized),
