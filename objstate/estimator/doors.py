@@ -31,12 +31,10 @@ ELSEWHERE_SIGMAS = 3.0  # standard deviations from which on a hinge counts as of
 ELSEWHERE_M = 0.03  # m, and at least this distance
 OUTLIERS = 0.01  # share of doors whose hinge or bearing has the widest deviation
 NEGLIGIBLE = 5e-3  # probability of a deviation below which it is left out
-PARTS = 3  # number of parts of the usual deviations of bearings, with a mean each
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings with which doors are filtered
 # number of deviations on the grid, and the smallest in units of the first guess
 GRID, LEAST = 15, 0.1
 FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
-USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
 USUAL_PACE_STD = 1.5  # prior standard deviation of the logarithm of doors' usual pace
 PACES_STD = 1.0  # of the logarithm of a door's pace about the usual one
 EDGE_SHARE = 0.1  # of the beams beside an edge that meet the other surface; of those of both
@@ -55,9 +53,7 @@ class Doors:
             for name, own in error.doors.items()
         }
         self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
-        self._bearing = Deviation(
-            math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
-        )
+        self._bearing = Deviation(math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG))
         self._paces = Paces()
 
     def __contains__(self, name: str) -> bool:
@@ -191,16 +187,12 @@ class Deviation:
 
     Each door contributes the likelihood of its readings, with its own error integrated out. The
     prior is lognormal about a first guess. Some doors are outliers, whose errors have the widest
-    deviation. Doors are published under the mean of each of so many ``parts`` of the usual
-    deviations, and of the others.
+    deviation.
     """
 
-    def __init__(self, first: float, widest: float, parts: int = 1) -> None:
+    def __init__(self, first: float, widest: float) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        usual = int(np.count_nonzero(deviations <= first * math.exp(USUAL * FACTOR)))
-        begins = [part[0] for part in np.array_split(np.arange(usual), parts)]
-        self._begins = np.array([*begins, *([usual] if usual < GRID else [])])  # of the parts
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
         self._rows: dict[str, int] = {}  # of each door seen so far
@@ -225,10 +217,11 @@ class Deviation:
         """Variances that a door's own error may have, and their probabilities."""
         log = self._logs[self._rows[name]] if name in self._rows else np.zeros(GRID)
         outlying = OUTLIERS * np.exp(-log) * self._weights  # the door is an outlier
-        usual, widest = np.array([self._weights - outlying] * 2), float(outlying.sum())
-        usual[1] *= self.variances
-        cases = np.add.reduceat(usual, self._begins, axis=1).T.tolist()
-        cases.append((widest, widest * self.variances[-1]))
+        usual, widest = self._weights - outlying, float(outlying.sum())
+        cases = [
+            (1.0 - widest, float(usual @ self.variances)),
+            (widest, widest * self.variances[-1]),
+        ]
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]

@@ -342,7 +342,7 @@ def combined(
     drives, rough = agreed(drives, of_leaf)
     names = sorted({name for drive in drives for name in drive})
     hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
-    bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
+    bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0))
     drives, swung = _doubted(drives, bearings.variances, downward)
     told = {name: [drive[name] for drive in drives if name in drive] for name in names}
     logs = {name: _log_bearings(told[name], downward=name in downward) for name in names}
