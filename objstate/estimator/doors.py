@@ -100,7 +100,7 @@ class Doors:
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
-        if not isinstance(belief.joint, DoorMixture):
+        if not isinstance(belief.joint, DoorMixture) or belief.presence < 0.5:
             return None
         offset, covariance = belief.joint.hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
@@ -131,30 +131,39 @@ class Doors:
         return belief.joint.among(by_others).posterior_paces
 
     def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
-        """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
-        door = posterior.door
-        shares, statics = zip(*self.cases(door), strict=True)
-        weights, p_moving = door.on_lattice(posterior.under(statics), belief)
-        p_moving = np.array(shares) @ (weights * p_moving)
-        weights = np.array(shares) @ weights
+        """The posterior of a door's state, averaged over the deviations of hinge and bearing.
+
+        Of a leaf that no beam meets, readings tell nothing.
+        """
+        door, unmet = posterior.door, posterior.unmet
+        each, statics = zip(*self.cases(door), strict=True)
+        states = posterior.under(statics).beside(door.unseen)
+        shares = np.append((1.0 - unmet) * np.array(each), unmet)
+        weights, p_moving = door.on_lattice(states, belief)
+        p_moving = shares @ (weights * p_moving)
+        weights = shares @ weights
         p_moving = np.minimum(p_moving / np.maximum(weights, NEVER), 1.0)
         return altered(
             belief,
             weights=Weights(weights),
             p_moving=p_moving,
+            presence=1.0 - unmet,
             stamp_ns=posterior.stamp_ns,
             joint=posterior,
         )
 
     def _learn(self, name: str, posterior: DoorMixture) -> None:
         """Update what is learnt over all doors; not deviations, where the door's are known."""
-        self._paces.observe(name, posterior.log_paces)
+        shares = self._paces.of(name)
+        relative = posterior.log_paces - np.logaddexp.reduce(posterior.log_paces + np.log(shares))
+        self._paces.observe(name, _if_met(posterior, relative))
         if name in self._known:
             return
         if posterior.door.turn:
             evidence = posterior.log_evidence("bearing", self._bearing.variances)
-            self._bearing.observe(name, evidence)
-        self._hinge.observe(name, posterior.log_evidence("hinge", self._hinge.variances))
+            self._bearing.observe(name, _if_met(posterior, evidence))
+        evidence = posterior.log_evidence("hinge", self._hinge.variances)
+        self._hinge.observe(name, _if_met(posterior, evidence))
 
     def _doorway(self, item: MovableObject, height: float) -> Doorway:
         chosen = self._settings.for_object(item.name, "door")
@@ -251,6 +260,12 @@ class Paces:
         own = self._logs.get(name)
         others = self._log_all if own is None else self._log_all - own
         return np.asarray(_normalized(others) @ self._about)
+
+
+def _if_met(posterior: DoorMixture, log: FloatArray) -> FloatArray:
+    """Log evidence of a door, given ``log`` (k,) if beams meet its leaf, relative to that of all."""
+    odds = posterior.log_unmet
+    return np.asarray(np.logaddexp(log - np.logaddexp(0.0, odds), -np.logaddexp(0.0, -odds)))
 
 
 def _normalized(log: FloatArray) -> FloatArray:

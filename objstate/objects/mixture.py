@@ -51,6 +51,9 @@ SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
 MOST_NATS = 100.0  # most evidence for a component, beside the best one between the limits
 FORGETS = 0.3  # probability that what was learnt of hinge and bearing is wrong, for a moved door
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
+UNMET = 0.002  # prior probability that no beam meets a leaf, wherever it stands
+LOG_UNMET = math.log(UNMET / (1.0 - UNMET))
+MOST_ODDS = -math.log(NEVER)  # nats, of such a leaf
 PACES = np.geomspace(0.25, 256.0, 6)  # (k,) how often a door is moved, in units of the setting
 AS_SET = np.eye(len(PACES))[int(np.abs(np.log(PACES)).argmin())]
 
@@ -151,9 +154,16 @@ class Doorway:
         return out
 
     @lazy
-    def twins(self) -> FloatArray:
-        """(2 (c + o), 3) the placements twice."""
-        return np.concatenate([self.placements, self.placements])
+    def conditioned(self) -> FloatArray:
+        """(2 (c + o) + 1, 3) the placements twice, and nowhere: nan, where no beam meets a leaf."""
+        return np.concatenate([self.placements, self.placements, np.full((1, 3), np.nan)])
+
+    @lazy
+    def unseen(self) -> States:
+        """The states (1, c) of a door of which readings tell nothing."""
+        count = len(self.states)
+        resting, moving = self.rest[None], np.zeros((1, count))
+        return States(resting, moving, self.states[None], self.widths[None, :count])
 
     @lazy
     def nowhere(self) -> BoolArray:
@@ -279,6 +289,10 @@ class States(NamedTuple):
     means: FloatArray  # (k, c) of the state
     variances: FloatArray  # (k, c)
 
+    def beside(self, others: States) -> States:
+        """These states and others, all of them (k, c)."""
+        return States(*(np.concatenate(both) for both in zip(self, others, strict=True)))
+
 
 class Moved(NamedTuple):
     """The change of the components' weights over some time."""
@@ -313,6 +327,8 @@ class DoorMixture:
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     arrived: BoolArray  # (c + o,) components that a moved door just arrived in
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
+    # log odds that no beam meets the leaf; all else is given that beams do
+    log_unmet: float = LOG_UNMET
     stamp_ns: int | None = None
 
     @staticmethod
@@ -370,6 +386,11 @@ class DoorMixture:
         """(k,) probabilities of ``PACES``."""
         shares = self.paces * np.exp(self.log_paces - self.log_paces.max())
         return np.asarray(shares / shares.sum())
+
+    @property
+    def unmet(self) -> float:
+        """Probability that no beam meets the leaf: it was taken out, or lasers look past it."""
+        return 1.0 / (1.0 + math.exp(-self.log_unmet))
 
     def begun(self, seconds: float) -> float:
         """Probability that a resting door begins to move within some time."""
@@ -444,13 +465,15 @@ class DoorMixture:
 
         A component that a moved door just arrived in is conditioned with the hinge and bearing that
         were learnt and with their priors. Its evidence is the sum; the likelier Gaussian is kept.
+        The evidence of all components competes with that of a leaf that no beam meets.
         """
         door, cells, atoms = self.door, self.door.cells, self.door.atoms
         count, errors = len(door.middles), kernels.ERRORS
         ends = repeats.followed(self.ends, laser, beams, noise)
-        weights, log_evidence = np.empty(2 * count), np.empty(2 * count)
-        arrived, kinds = np.empty(2 * count, dtype=bool), np.empty((2 * count, len(kernels.KINDS)))
-        means, covariances = np.empty((2 * count, errors)), np.empty((2 * count, errors, errors))
+        rows = len(door.conditioned)
+        weights, log_evidence = np.empty(rows), np.empty(rows)
+        arrived, kinds = np.empty(rows, dtype=bool), np.empty((rows, len(kernels.KINDS)))
+        means, covariances = np.empty((rows, errors)), np.empty((rows, errors, errors))
         update_kernels.begin(
             self.weights,
             self.beyond,
@@ -478,7 +501,7 @@ class DoorMixture:
             repeats.shares(ends[laser]),
             ends[laser].times,
             arrived,
-            door.twins,
+            door.conditioned,
             weights,
             static_precisions(door, self.statics),
             means,
@@ -502,7 +525,7 @@ class DoorMixture:
                 log_evidence[:count],
             )
         by_pace, log_paces, beyond = self.by_pace.copy(), self.log_paces.copy(), self.beyond.copy()
-        update_kernels.reweigh(
+        log_met = update_kernels.reweigh(
             log_evidence[:count],
             cells,
             atoms,
@@ -514,9 +537,11 @@ class DoorMixture:
             beyond,
             kinds,
         )
+        log_unmet = self.log_unmet + float(log_evidence[-1]) - log_met
         posterior = altered(
             self,
             by_pace=by_pace,
+            log_unmet=min(max(log_unmet, -MOST_ODDS), MOST_ODDS),
             log_paces=log_paces,
             beyond=beyond,
             means=means,

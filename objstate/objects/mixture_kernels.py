@@ -869,7 +869,8 @@ def condition(
     ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean
     after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The error of the state's
     zero doesn't move the object. Components of ``weights`` (c,) that the scan makes nearly
-    impossible stay as they are, and those of 0 are left out. ``precisions`` (8,) are inverse prior
+    impossible stay as they are, and those of 0 are left out. With a placement of nan the object is
+    nowhere, and no beam meets it. ``precisions`` (8,) are inverse prior
     variances of static errors, see ``_unlikely``. ``kinds`` (c, 2) are the probabilities of a
     handle and of glass. Returned is the largest number of beams that reach the object in a
     component.

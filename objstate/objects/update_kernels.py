@@ -7,6 +7,7 @@ a twin with the prior of the static errors; both are conditioned, and the likeli
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -86,12 +87,12 @@ def begin(
     out_kinds: FloatArray,
     log_evidence: FloatArray,
 ) -> None:
-    """Set the arrays (2 n, ...) that are conditioned: n components, then their twins.
+    """Set the arrays (2 n + 1, ...) that are conditioned: n components, their twins, and no leaf.
 
     The first of ``weights`` (c,) are those of ``cells``, then ``atoms``, which aren't conditioned;
     those of cells ``beyond`` the limits (n - c,) follow. No cell weighs less than ``never``. A
     component that the door ``arrived`` in (n,) has a twin with a share ``forgets`` of its weight;
-    twins of others weigh 0. Before any scan, static errors have ``static_means`` (8,) and
+    twins of others weigh 0, and no leaf weighs ``never``. Before any scan, static errors have ``static_means`` (8,) and
     ``static_variances`` (8,).
     """
     count = means.shape[0]
@@ -119,6 +120,14 @@ def begin(
                 out_covariances[count + c, a, b] = kept
             if a >= ORIGIN:
                 out_covariances[count + c, a, a] = static_variances[a]
+    last = 2 * count
+    out_weights[last], out_arrived[last], log_evidence[last] = never, False, -np.inf
+    for k in range(kinds.shape[1]):
+        out_kinds[last, k] = kinds[0, k]
+    for a in range(ERRORS):
+        out_means[last, a] = means[0, a]
+        for b in range(ERRORS):
+            out_covariances[last, a, b] = covariances[0, a, b]
 
 
 @called_with("f f1 f1 f2 f3 f2 f2 f3")
@@ -133,9 +142,9 @@ def choose(
     means_before: FloatArray,
     covariances_before: FloatArray,
 ) -> None:
-    """Replace the first n of 2 n components by their twins where those are likelier.
+    """Replace the first n of 2 n + 1 components by their twins where those are likelier.
 
-    Their ``log_evidence`` becomes that of both. Components are ``weights`` (2 n,), and Gaussians and
+    Their ``log_evidence`` becomes that of both. Components are ``weights`` (2 n + 1,), Gaussians and
     ``kinds`` after a scan; those before it are replaced too. Twins have a share ``forgets``.
     """
     count = weights.shape[0] // 2
@@ -184,8 +193,8 @@ def reweigh(
     log_paces: FloatArray,
     beyond: FloatArray,
     kinds: FloatArray,
-) -> None:
-    """Multiply weights by the evidence (n,) of components, and normalize them.
+) -> Any:
+    """Multiply weights by the evidence (n,) of components, and normalize them; their log evidence.
 
     These are ``by_pace`` (2, k, c), of a door at rest and of one that moves under each of paces with
     prior probabilities ``paces`` (k,), and those ``beyond`` the limits (o,). ``log_paces`` (k,) take
@@ -213,7 +222,7 @@ def reweigh(
     for c in range(beyond.shape[0]):
         beyond[c] = min(max(beyond[c] * likelihood[count + c] / every, never), 1.0)
     if atoms == 0:
-        return
+        return best + math.log(every)
     _posterior_paces(paces, log_paces, shares)
     handle, glass, free = 0.0, 0.0, 0.0
     for c in range(kinds.shape[0]):
@@ -224,3 +233,4 @@ def reweigh(
         free += weight
     for c in range(cells, count):
         kinds[c, HANDLE], kinds[c, GLASS] = handle / free, glass / free
+    return best + math.log(every)

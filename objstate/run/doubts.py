@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 
-from objstate.building.model import Building
+from objstate.building.model import Building, Kind
 from objstate.building.sidecar import sidecar_path, unknown_doors
 from objstate.estimator import Estimator
 from objstate.frame_names import frame_name
@@ -79,6 +79,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_being_lost(drive, estimator, options),
         *_of_width(drive, estimator),
         *_of_objects(drive, estimator, options),
+        *_of_unmet(estimator),
         *_of_hinges(estimator),
     ]
 
@@ -245,6 +246,22 @@ def _of_width(drive: Drive, estimator: Estimator) -> Iterator[str]:
         f"standard deviations of up to {had}, and objects need {most} at most. --belief own "
         "localizes by the scans."
     )
+
+
+def _of_unmet(estimator: Estimator) -> Iterator[str]:
+    """Warn of doors whose leaves no beam met where they could be."""
+    unmet = {
+        name: belief.presence
+        for name, belief in estimator.objects.items()
+        if belief.item.kind is not Kind.PLANAR and belief.presence < 0.5
+    }
+    if unmet:
+        surest = min(1.0 - presence for presence in unmet.values())
+        yield (
+            f"No beam met the leaf of {_some(unmet)} where it could be (p = {surest:.2f}): it was "
+            "taken out, it is modelled wrongly, or the laser looks under it, above it or through "
+            "it. Its state isn't known from this log, and its interval says so."
+        )
 
 
 def _of_hinges(estimator: Estimator) -> Iterator[str]:

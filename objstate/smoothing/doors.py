@@ -34,6 +34,7 @@ class SmoothedDoor:
     beliefs: list[ObjectBelief]  # at the chains' moments
     # under each prior of the static errors and pace, with its probability
     chains: list[tuple[float, Chain]]
+    presence: float  # probability that beams meet the leaf; the chains are given that they do
 
     @property
     def stamps_ns(self) -> IntArray:
@@ -58,8 +59,8 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     What is exact and what is approximate: Modes and components are a Markov chain, whose backward
     pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge, bearing)
     are summed over their priors given the whole log, and so is the pace at which the door is moved:
-    each prior and pace has a chain of its own. While a
-    door rests in a component, its offset from the component's middle is static, so that the
+    each prior and pace has a chain of its own. Whether beams meet the leaf at all is as probable as
+    in the last belief; else readings tell nothing. While a door rests in a component, its offset from the component's middle is static, so that the
     Gaussian of the last belief in which it still rested there is carried back. That is the
     Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door may
     have left or stayed: both cases are merged by mean and variance. What is learnt of a hinge's
@@ -82,7 +83,10 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
         each, p_moving = door.on_lattice(states, history.belief)
         weights += share * each
         moved += share * each * p_moving
-    p_moving = np.minimum(moved / np.maximum(weights, NEVER), 1.0)
+    presence = history.belief.presence
+    (anywhere,), _ = door.on_lattice(door.unseen, history.belief)
+    weights = presence * weights + (1.0 - presence) * anywhere
+    p_moving = np.minimum(presence * moved / np.maximum(weights, NEVER), 1.0)
     beliefs = [
         altered(
             history.belief,
@@ -94,7 +98,7 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
         )
         for k in range(len(moments))
     ]
-    return SmoothedDoor(beliefs, chains)
+    return SmoothedDoor(beliefs, chains, presence)
 
 
 def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:

@@ -42,9 +42,13 @@ class Rests(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class DoorRests:
-    """Rests of a door, by its chains under each prior of its static errors."""
+    """Rests of a door, by its chains under each prior of its static errors.
+
+    Of a leaf that no beam meets, with a probability of 1 - ``presence``, no movement is known.
+    """
 
     cases: Sequence[tuple[float, Chain]]
+    presence: float = 1.0
 
     @property
     def stamps_ns(self) -> IntArray:
@@ -69,7 +73,7 @@ class DoorRests:
         for share, chain in self.cases:
             stays, rests = np.cumprod(chain.stays[first:last], axis=0), chain.resting[first]
             out += share * np.concatenate([[rests.sum()], stays @ rests])
-        return out
+        return self._if_met(out)
 
     def until(self, first: int, last: int) -> FloatArray:
         out = np.zeros(last - first + 1)
@@ -77,7 +81,11 @@ class DoorRests:
             stayed = np.cumprod(chain.stayed[first:last][::-1], axis=0)[::-1]
             rests = chain.resting[last]
             out += share * np.concatenate([stayed @ rests, [rests.sum()]])
-        return out
+        return self._if_met(out)
+
+    def _if_met(self, rests: FloatArray) -> FloatArray:
+        """(m,) probabilities of rest, by those given that beams meet the leaf."""
+        return np.asarray(self.presence * rests + 1.0 - self.presence)
 
 
 @dataclass(frozen=True, eq=False)

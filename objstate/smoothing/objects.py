@@ -53,6 +53,6 @@ def smoothed(history: History, also_ns: Iterable[int] = ()) -> Smoothed:
     """An object at the moments of its history, and at others (ns) far from them."""
     if isinstance(history, DoorHistory):
         door = smoothed_door(history, also_ns)
-        return Smoothed(door.beliefs, DoorRests(door.chains))
+        return Smoothed(door.beliefs, DoorRests(door.chains, door.presence))
     piece = smoothed_furniture(history, also_ns)
     return Smoothed(piece.beliefs, FurnitureRests(piece.stamps_ns, piece.mixtures, piece.stays))

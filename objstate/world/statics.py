@@ -241,14 +241,16 @@ def _turned(mixture: DoorMixture) -> FloatArray:
 def evidence_of(
     beliefs: Mapping[str, ObjectBelief], widths: Mapping[str, WidthEvidence] | None = None
 ) -> dict[str, DoorEvidence]:
-    """What a drive told of the doors that it passed, by its beliefs at the end.
+    """What a drive told of the doors whose leaves beams met, by its beliefs at the end.
 
     ``widths`` are what it told of these by door.
     """
     return {
         name: DoorEvidence.of(belief.joint, (widths or {}).get(name))
         for name, belief in sorted(beliefs.items())
-        if isinstance(belief.joint, DoorMixture) and belief.last_observed_ns is not None
+        if isinstance(belief.joint, DoorMixture)
+        and belief.last_observed_ns is not None
+        and belief.presence >= 0.5
     }
 
 
