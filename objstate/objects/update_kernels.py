@@ -65,6 +65,26 @@ def arrive(
     join(before, arriving, widths, means, covariances, kinds)
 
 
+@_inner
+def _copy(
+    means: FloatArray,
+    covariances: FloatArray,
+    kinds: FloatArray,
+    c: int,
+    out_means: FloatArray,
+    out_covariances: FloatArray,
+    out_kinds: FloatArray,
+    to: int,
+) -> None:
+    """Copy a component to another one of other arrays."""
+    for a in range(ERRORS):
+        out_means[to, a] = means[c, a]
+        for b in range(ERRORS):
+            out_covariances[to, a, b] = covariances[c, a, b]
+    for k in range(kinds.shape[1]):
+        out_kinds[to, k] = kinds[c, k]
+
+
 @called_with("f1 f1 b1 i i f f f1 f1 f2 f3 f2 f1 b1 f2 f3 f2 f1")
 @_compile
 def begin(
@@ -92,8 +112,8 @@ def begin(
     The first of ``weights`` (c,) are those of ``cells``, then ``atoms``, which aren't conditioned;
     those of cells ``beyond`` the limits (n - c,) follow. No cell weighs less than ``never``. A
     component that the door ``arrived`` in (n,) has a twin with a share ``forgets`` of its weight;
-    twins of others weigh 0, and no leaf weighs ``never``. Before any scan, static errors have ``static_means`` (8,) and
-    ``static_variances`` (8,).
+    twins of others weigh 0, and no leaf weighs ``never``. Before any scan, static errors have
+    ``static_means`` (8,) and ``static_variances`` (8,).
     """
     count = means.shape[0]
     for c in range(count):
@@ -105,29 +125,18 @@ def begin(
         out_weights[count + c] = forgets * here if twin else 0.0
         for k in (c, count + c):
             out_arrived[k], log_evidence[k] = twin, -np.inf
-        for a in range(ERRORS):
-            out_means[c, a] = means[c, a]
-            for b in range(ERRORS):
-                out_covariances[c, a, b] = covariances[c, a, b]
-        for k in range(kinds.shape[1]):
-            out_kinds[c, k] = out_kinds[count + c, k] = kinds[c, k]
+        _copy(means, covariances, kinds, c, out_means, out_covariances, out_kinds, c)
         if not twin:
             continue
-        for a in range(ERRORS):
-            out_means[count + c, a] = means[c, a] if a < ORIGIN else static_means[a]
+        _copy(means, covariances, kinds, c, out_means, out_covariances, out_kinds, count + c)
+        for a in range(ORIGIN, ERRORS):
+            out_means[count + c, a] = static_means[a]
             for b in range(ERRORS):
-                kept = covariances[c, a, b] if a < ORIGIN and b < ORIGIN else 0.0
-                out_covariances[count + c, a, b] = kept
-            if a >= ORIGIN:
-                out_covariances[count + c, a, a] = static_variances[a]
+                out_covariances[count + c, a, b] = out_covariances[count + c, b, a] = 0.0
+            out_covariances[count + c, a, a] = static_variances[a]
     last = 2 * count
     out_weights[last], out_arrived[last], log_evidence[last] = never, False, -np.inf
-    for k in range(kinds.shape[1]):
-        out_kinds[last, k] = kinds[0, k]
-    for a in range(ERRORS):
-        out_means[last, a] = means[0, a]
-        for b in range(ERRORS):
-            out_covariances[last, a, b] = covariances[0, a, b]
+    _copy(means, covariances, kinds, 0, out_means, out_covariances, out_kinds, last)
 
 
 @called_with("f f1 f1 f2 f3 f2 f2 f3")

@@ -605,6 +605,41 @@ def test_a_leaf_of_glass_is_told_from_an_open_door(
         assert mixture.weights[doorway().zero] > 0.9
 
 
+def test_a_leaf_nowhere_explains_beams_as_one_that_is_far_away_does() -> None:
+    beams, out = read(math.radians(40.0)), list[float]()
+    for place in ([np.nan] * 3, [0.0, 50.0, 0.0]):
+        placements = np.array([doorway().placements[3], place])
+        means, covariances = np.zeros((2, ERRORS)), np.tile(1e-6 * np.eye(ERRORS), (2, 1, 1))
+        ones, log = np.ones(len(beams.measured)), np.full(2, -np.inf)
+        kinds, arrived = np.full((2, 2), 0.1), np.zeros(2, dtype=bool)
+        condition(
+            beams,
+            shape(leaf()),
+            noise(),
+            ones,
+            ones,
+            arrived,
+            placements,
+            np.array([0.5, 0.5]),
+            FLAT,
+            means,
+            covariances,
+            kinds,
+            log,
+        )
+        out.append(float(log[1]))
+    assert np.isfinite(out[0])
+    assert out[0] == pytest.approx(out[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [None, 0.0, 40.0, 80.0])
+def test_a_leaf_that_beams_meet_is_told_from_none(angle: float | None) -> None:
+    nothing = read(0.0)._replace(measured=np.full(121, np.inf))
+    beams = nothing if angle is None else read(math.radians(angle))
+    unmet = after([beams] * 10).unmet
+    assert unmet > 0.99 if angle is None else unmet < 1e-6
+
+
 def test_errors_that_go_together_tell_less() -> None:
     beams = read(math.radians(35.0))
     start = DoorMixture.unknown(doorway(), STATICS)

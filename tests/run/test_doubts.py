@@ -21,7 +21,7 @@ from objstate.localization import PoseBelief
 from objstate.recording.tum import read_tum
 from objstate.records import Rays, Scan
 from objstate.run import RunOptions, estimate_log
-from objstate.run.doubts import doubts, failures, lost_share
+from objstate.run.doubts import MOST_THROUGH, doubts, failures, lost_share
 from objstate.run.drive import Drive
 from objstate.world.store import open_store
 
@@ -49,6 +49,7 @@ def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
         building=load_building(ROOT / "models" / "office" / "office.urdf"),
         scans_without_pose=0,
         corrections=1,
+        objects={},
         hung_elsewhere={},
         too_wide=TooWide(),
     )
@@ -175,6 +176,28 @@ def test_errors_of_doors_that_the_building_lacks_are_named_with_their_file() -> 
     assert re.search(r"of .*office\.building\.yaml names", told[1])
 
 
+@pytest.mark.parametrize(("through", "is_told"), [(14, False), (16, True)])
+def test_readings_that_pass_through_walls_are_told(through: int, is_told: bool) -> None:
+    gone = drive()
+    gone.returned, gone.through = 100, through
+    told = [each for each in doubts(gone, estimator(), RunOptions()) if "pass through" in each]
+    assert len(told) == is_told
+    assert all(each.startswith("16 % of the readings") for each in told)
+
+
+def test_leaves_that_no_beam_met_are_named() -> None:
+    believed = estimator()
+    items = believed.building.objects
+    there = {"door_west": 0.02, "door_east": 0.6, "desk_1": 0.01}
+    believed.objects = {
+        name: SimpleNamespace(item=items[name], presence=presence)
+        for name, presence in there.items()
+    }
+    told = [each for each in doubts(drive(), believed, RunOptions()) if "No beam met" in each]
+    assert len(told) == 1
+    assert re.search(r"leaf of door_west where .*p = 0\.98", told[0])
+
+
 def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
     told = RunOptions(initial_pose=np.array([2.0, 0.0, 1.0]), end=40.0)
     result = estimate_log(
@@ -190,6 +213,7 @@ def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
     assert summary["success"] is False
     assert summary["failures"] == list(result.failures)
     assert summary["lost_share"] == result.lost_share > 0.5
+    assert summary["share_through"] == result.share_through > MOST_THROUGH
     assert (summary["world"]["added"], summary["world"]["unreliable"]) == (0, True)
     store = open_store(tmp_path / "world.db")
     assert (store.drives(), store.statics(), store.surveys()) == ([], {}, [])
