@@ -39,7 +39,7 @@ class Believed(Answer):
     state: Mapping[str, Interval]  # by coordinate: angle, offset, or x, y, yaw
     attributes: Mapping[str, Mapping[str, float]] = {}
     clear_width: Interval | None = None  # m, of doors
-    presence: float | None = None  # of furniture
+    presence: float | None = None  # that it is there; of a door, that beams meet its leaf
     footprint: tuple[tuple[float, float], ...] | None = None  # m, of furniture
     states: tuple[tuple[float, ...], ...] | None = None  # of the whole posterior, if asked for
     weights: tuple[float, ...] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from objstate.building.model import COORDINATES, Kind
 from objstate.evaluation import LatestState
 from objstate.evaluation.units import UNITS
 from objstate.order import natural_key
@@ -35,7 +36,7 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
     unsure = _names(state for state in latest if state.estimate.observed and _is_unsure(state))
     if unsure:
         yield f"The scans left it open how {_some(unsure)} stood: the 90 % interval is wide."
-    gone = _names(state for state in latest if state.estimate.presence < LEAST_PRESENCE)
+    gone = _names(state for state in latest if _is_gone(state))
     if gone:
         yield f"Probably not there at all any more: {_some(gone)}."
     strange = _badly_fitting(material)
@@ -81,6 +82,12 @@ def _badly_fitting(material: Material) -> list[str]:
 
 def _names(states: Iterable[LatestState]) -> list[str]:
     return list(dict.fromkeys(state.estimate.object for state in states))
+
+
+def _is_gone(state: LatestState) -> bool:
+    """Whether it is furniture that isn't there; doors without a leaf are in the run's warnings."""
+    is_furniture = state.estimate.coordinate in COORDINATES[Kind.PLANAR]
+    return is_furniture and state.estimate.presence < LEAST_PRESENCE
 
 
 def _is_unsure(state: LatestState) -> bool:

@@ -30,9 +30,9 @@ def belief_words(belief: ObjectBelief, samples: bool = False) -> dict[str, Any]:
             coordinate: dict(zip(names, map(float, five), strict=True))
             for coordinate, five in zip(belief.item.coordinates, figures, strict=True)
         },
+        "presence": belief.presence,
     }
     if belief.item.kind is Kind.PLANAR:
-        words["presence"] = belief.presence
         words["footprint"] = belief.footprint().tolist()
     else:
         narrowest, widest = belief.clear_width.interval()

@@ -40,7 +40,11 @@ def test_of_a_sure_right_state_nothing_is_said(material: Material) -> None:
     [
         (replace(SURE, observed=False), None, "No beam reached office_door"),
         (replace(SURE, lower=0.1, upper=0.9), None, "left it open how office_door stood"),
-        (replace(SURE, presence=0.2), None, "not there at all any more: office_door"),
+        (
+            replace(SURE, coordinate="x", presence=0.2),
+            None,
+            "not there at all any more: office_door",
+        ),
         (SURE, 0.1, "last state of office_door is wrong"),
         (SURE, 0.03, "true state of office_door lies outside"),
     ],
