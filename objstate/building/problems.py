@@ -11,6 +11,7 @@ import numpy as np
 from objstate.building.door_table import WIDEST_LEAF
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
+from objstate.errors import BuildingError
 from objstate.geometry import WHOLE_TURN, FloatArray, cross_product, crosses
 
 IN_METRES = 'give metres, and a <mesh> of millimetres scale="0.001 0.001 0.001"'
@@ -99,10 +100,7 @@ def _wall_problems(walls: Mesh, height: float) -> list[str]:
     if len(walls.faces) == 0:
         return ["The building has no walls; give the root link a <collision> with their shape."]
     if _in_millimetres(walls):
-        return [
-            f"The walls are {np.ptp(walls.vertices[:, 2]):.0f} m high, which looks like "
-            f"millimetres; {IN_METRES}."
-        ]
+        return [_too_high(walls)]
     if _lies_on_its_side(walls):
         return [
             "The walls stand along y, as in a mesh drawn y-up; turn them with "
@@ -117,8 +115,19 @@ def _wall_problems(walls: Mesh, height: float) -> list[str]:
     return []
 
 
+def check_metres(building: Building) -> None:
+    """Raise BuildingError for walls that are drawn in millimetres."""
+    if _in_millimetres(building.walls):
+        raise BuildingError(f"{building.name}: {_too_high(building.walls)}")
+
+
 def _in_millimetres(mesh: Mesh) -> bool:
-    return bool(np.ptp(mesh.vertices[:, 2]) > TALLEST)
+    return bool(len(mesh.vertices) and np.ptp(mesh.vertices[:, 2]) > TALLEST)
+
+
+def _too_high(walls: Mesh) -> str:
+    height = np.ptp(walls.vertices[:, 2])
+    return f"The walls are {height:.0f} m high, which looks like millimetres; {IN_METRES}."
 
 
 def _lies_on_its_side(walls: Mesh) -> bool:

@@ -23,6 +23,8 @@ LONGEST_SWEEP = 1.0
 # m that a laser sees at least; without a usable range_max it sees as far as its farthest reading
 LEAST_REACH = 1.0
 
+NEARLY_LEVEL = math.radians(2.0)  # by which a laser may tilt to count as level
+
 FARTHEST = 500.0  # m that the lasers of robots read at most
 WIDEST = 4 * math.pi  # rad; two turns, of which a scan shows one
 
@@ -84,7 +86,7 @@ class BeamGeometry:
     def rays(
         self, laser: str, count: int, angle_min: float, increment: float, mounting: FloatArray
     ) -> Rays:
-        """``count`` beams of a laser mounted at ``mounting`` (4, 4)."""
+        """``count`` beams of a laser mounted at ``mounting`` (4, 4), level if it nearly is."""
         shape = (count, angle_min, increment)
         if laser in self._latest:
             known_shape, known_mounting, rays = self._latest[laser]
@@ -93,9 +95,22 @@ class BeamGeometry:
         bearings = angle_min + increment * np.arange(count)
         level = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(count)], axis=-1)
         origins = np.tile(mounting[:3, 3], (count, 1))
-        rays = Rays(origins, level @ mounting[:3, :3].T)
+        rays = Rays(origins, level @ _levelled(mounting[:3, :3]).T)
         self._latest[laser] = (shape, mounting, rays)
         return rays
+
+
+def _levelled(rotation: FloatArray) -> FloatArray:
+    """A rotation (3, 3), about the vertical only if it tilts by less than ``NEARLY_LEVEL``.
+
+    Walls and leaves are upright, so that ranges to them change by less than 0.1 %.
+    """
+    ahead = math.hypot(rotation[0, 0], rotation[1, 0])
+    if not math.cos(NEARLY_LEVEL) < abs(rotation[2, 2]) < 1.0:
+        return rotation
+    cos, sin = rotation[0, 0] / ahead, rotation[1, 0] / ahead
+    up = math.copysign(1.0, rotation[2, 2])  # -1: it is mounted upside down
+    return np.array([[cos, -up * sin, 0.0], [sin, up * cos, 0.0], [0.0, 0.0, up]])
 
 
 def sweep_from(

@@ -126,6 +126,12 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
                 f"{option} names '{frame}', but no scan of it was read; there are scans of "
                 f"{_some(drive.heights)}."
             )
+    for frame, tilt in drive.tilts.items():
+        yield (
+            f"The laser '{frame}' looks up or down by {math.degrees(tilt):.0f}°. Objects are updated "
+            "by its scans as in the paper, without the errors of robot and building: slower and less "
+            "exactly. Where another laser is level, leave this one out (--topics)."
+        )
     for frame, limits in drive.without_return.items():
         yield without_return(frame, *limits)
     if not len(building.walls.vertices):

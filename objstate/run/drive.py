@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.records import Estimate, Path, Record, Scan
+from objstate.sensing.level import LEVEL
 
 NOTICEABLE = 0.01  # change of a probability
 COMPARED_NS = 1_000_000_000  # least time between two scans of a laser that are held to the walls
@@ -29,6 +31,7 @@ class Drive:
     observed: int = 0  # estimates of objects that a beam reached
     pause_ns: tuple[int, int] = (0, 0)  # the longest without any record, and when it began
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
+    tilts: dict[str, float] = field(default_factory=dict)  # rad, of those that aren't level
     # range_min and range_max, m, of lasers that had no return so far
     without_return: dict[str, tuple[float, float]] = field(default_factory=dict)
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
@@ -95,6 +98,8 @@ class Drive:
         self.scans += 1
         if scan.laser not in self.heights and len(scan):
             self.heights[scan.laser] = float(scan.rays.origins[0, 2])
+            if (sine := float(np.abs(scan.rays.directions[:, 2]).max())) > LEVEL:
+                self.tilts[scan.laser] = math.asin(min(sine, 1.0))
             self.without_return[scan.laser] = scan.range_min, scan.range_max
         if scan.laser in self.without_return and np.isfinite(scan.ranges).any():
             del self.without_return[scan.laser]

@@ -13,6 +13,7 @@ from typing import Any
 from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
+from objstate.building.problems import check_metres
 from objstate.building.urdf import urdf_of
 from objstate.errors import TruthError
 from objstate.run.options import RunOptions
@@ -40,6 +41,7 @@ class BuildingInput:
         here = building_here(str(urdf))
         path = urdf_of(here)
         model = load_building(path)
+        check_metres(model)
         given = str(urdf if path == here else path)
         return BuildingInput(model, describe_building(path, model) | {"path": given})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,12 +16,13 @@ from objstate.calibration import CalibrationOptions, LaserCorrection, Surveyed, 
 from objstate.calibration.gathering import Gathering
 from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings, Settings
-from objstate.errors import LogError
+from objstate.errors import LogError, WorldError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
-from objstate.records import Estimate, Record
+from objstate.records import NANOSECONDS, Estimate, Record
 from objstate.run.options import RunOptions
+from objstate.units import SECONDS_PER_DAY
 
 if TYPE_CHECKING:
     from objstate.world.adjusting import Motions
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
     from objstate.world.store import WorldStore
     from objstate.world.surveys import KeptSurvey
     from objstate.world.widths import Edges, WidthEvidence
+
+
+MOST_AHEAD = 1.0  # days by which a robot's clock may be ahead
 
 
 @dataclass(frozen=True)
@@ -119,6 +124,17 @@ class Statics:
         return KeptSurvey(survey, {frame: mounts[frame] for frame in survey.lasers})
 
 
+def _check_clock(begin_ns: int) -> None:
+    """Raise WorldError for a log from the future, which would outdate all that a world learns."""
+    ahead = (begin_ns - time.time_ns()) / NANOSECONDS / SECONDS_PER_DAY
+    if ahead > MOST_AHEAD:
+        raise WorldError(
+            f"The log begins {ahead:.0f} days ahead of this machine's clock, and a world takes its "
+            "latest drive for what is believed now. Correct the log's stamps or the clock, or "
+            "estimate it without a world."
+        )
+
+
 def _corrections(walls: Surveyed, mounts: Mapping[str, FloatArray]) -> tuple[LaserCorrection, ...]:
     """Of the log's lasers, as far as earlier drives had them."""
     below = CalibrationOptions().told_below
@@ -160,7 +176,9 @@ class Memory:
         from objstate.world.store import open_store
         from objstate.world.widths import Edges
 
+        _check_clock(begin_ns)
         store = open_store(location, building)
+        store.check_writable()
         world = store.load(
             settings,
             objects=building.objects,

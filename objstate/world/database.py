@@ -22,7 +22,7 @@ SWITCH_AGAIN_S = 0.01  # between attempts to switch a new file to write-ahead
 LOCK_CLASS = crc32(b"objstate") >> 1  # of PostgreSQL's advisory locks: which program's it is
 BUSY = ("database is locked", "lock timeout", "55P03")  # how either database says so
 READ_ONLY = "readonly database"  # how SQLite says so
-NO_DATABASE = "3D000"  # how PostgreSQL says so
+NO_DATABASE, DENIED = "3D000", "42501"  # how PostgreSQL says so
 NO_WORLD = ("file is not a database", "malformed")
 
 
@@ -108,6 +108,11 @@ class Database:
             return WorldError(
                 f"The world {self.location}, or its folder, is read-only, and SQLite writes beside "
                 "it even to read it; copy it into a folder that can be written."
+            )
+        if DENIED in reason:
+            return WorldError(
+                f"The role of the world {self.location} may not write it ({reason}); grant it "
+                "SELECT, INSERT, UPDATE and DELETE on its tables, or give another role."
             )
         if NO_DATABASE in reason:
             return WorldError(

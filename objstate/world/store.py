@@ -11,7 +11,18 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Executable, Select, delete, func, insert, or_, select, update
+from sqlalchemy import (
+    Connection,
+    Executable,
+    Select,
+    delete,
+    false,
+    func,
+    insert,
+    or_,
+    select,
+    update,
+)
 
 from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject, check_building
@@ -98,6 +109,12 @@ class WorldStore:
     def check(self, building: Building) -> None:
         """Raises WorldError where the world is of another building."""
         _check_building(self._database, building)
+
+    def check_writable(self) -> None:
+        """Raises WorldError where nothing can be added to it; to ask before long work."""
+        with self._database.writing() as connection:
+            for table in (DRIVES, BELIEFS, STATICS):
+                connection.execute(delete(table).where(false()))
 
     def load(
         self,

@@ -94,6 +94,18 @@ def test_a_tilted_laser_looks_down() -> None:
     np.testing.assert_allclose(beams.directions[0], [math.cos(0.2), 0, -math.sin(0.2)])
 
 
+@pytest.mark.parametrize("roll", [0.0, math.pi])
+@pytest.mark.parametrize("pitch", [0.0, 0.01, -0.03])
+def test_a_laser_that_tilts_by_a_degree_is_level(roll: float, pitch: float) -> None:
+    scan, mountings = (
+        message([1.0] * 5, angle_min=-2.0, angle_increment=1.0),
+        [transform(rotation_from_rpy(roll, each, 0.7), (0.1, 0.2, 0.3)) for each in (0.0, pitch)],
+    )
+    level, tilted = (sweep(scan, mounting).rays for mounting in mountings)
+    np.testing.assert_allclose(tilted.directions, level.directions, atol=1e-12)
+    assert tilted.directions[:, 2] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_negative_increments_are_fine_and_zero_is_not() -> None:
     notices = Notices()
     backwards = message([1.0] * 3, angle_min=1.0, angle_max=-1.0, angle_increment=-1.0)
