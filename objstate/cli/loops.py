@@ -54,7 +54,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     ),
     (search.by_cell, search.look_round),
     (
-        *(mixture.pooled, mixture.renew_robot, repeats.trace, repeats.share),
+        *(mixture.pooled, mixture.renew_robot, repeats.trace, repeats.share, repeats.beside),
         *(update.arrive, update.begin, update.choose, update.reweigh, step.store, step.are_alike),
     ),
     (search.scores, lattice.moments, lattice.interval),

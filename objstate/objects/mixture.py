@@ -499,7 +499,7 @@ class DoorMixture:
             shape,
             noise,
             repeats.shares(ends[laser]),
-            ends[laser].times,
+            repeats.counted(ends[laser], beams.origins),
             arrived,
             door.conditioned,
             weights,

@@ -875,7 +875,7 @@ def condition(
     handle and of glass. Returned is the largest number of beams that reach the object in a
     component.
 
-    Beams count by ``shares`` (n,) over how many ``times`` (n,) their surface was met. In components
+    Beams count by ``shares`` (n,) over how many ``times`` (n,) what they tell was told. In components
     that the object just ``arrived`` in (c,), what they count less also counts, relative to the
     heaviest component: readings that repeat earlier ones speak against a movement.
     """

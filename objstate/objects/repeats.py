@@ -17,6 +17,7 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 from objstate.linear import ROOT_TAU
+from objstate.objects.mixture_kernels import STEP
 
 if TYPE_CHECKING:
     from objstate.objects.mixture_kernels import Beams, Noise
@@ -49,6 +50,13 @@ def shares(ends: Ends) -> FloatArray:
     """(n,) by how much beams count that meet a surface for the first time."""
     out = np.empty(len(ends.times))
     share(ends.points, ends.returned, out)
+    return out
+
+
+def counted(ends: Ends, origins: FloatArray) -> FloatArray:
+    """(n,) how often what beams from ``origins`` (n, 2) meet was met, or the edge that they pass."""
+    out = np.empty(len(ends.times))
+    beside(ends.points, ends.returned, ends.times, origins, out)
     return out
 
 
@@ -219,3 +227,32 @@ def share(points: FloatArray, returned: BoolArray, out: FloatArray) -> None:
             after = math.tanh(gap / (2.0 * LENGTH))
         out[i] = 0.5 * (before + after)
         before = after
+
+
+@called_with("f2 b1 f1 f2 f1")
+@_compile
+def beside(
+    points: FloatArray,
+    returned: BoolArray,
+    times: FloatArray,
+    origins: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Set ``out`` (n,) to how often what beams tell was told by earlier ones.
+
+    That is how often the surface at their ends ``points`` was met, ``times`` (n,). A beam that passes
+    a nearer surface tells where this ends, as often as a neighbour that met it, the less the farther
+    beside it passes.
+    """
+    for i in range(out.shape[0]):
+        x, y, out[i] = origins[i, 0], origins[i, 1], times[i]
+        dx, dy = points[i, 0] - x, points[i, 1] - y
+        away = max(math.hypot(dx, dy), CLOSEST)
+        for k in (i - 1, i + 1):
+            if k < 0 or k >= out.shape[0] or not returned[k]:
+                continue
+            off_x, off_y = points[k, 0] - x, points[k, 1] - y
+            if math.hypot(off_x, off_y) > away - STEP:
+                continue
+            gap = abs(dx * off_y - dy * off_x) / away
+            out[i] = max(out[i], 1.0 + (times[k] - 1.0) * math.exp(-gap / LENGTH))

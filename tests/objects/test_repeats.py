@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from objstate.objects.repeats import NO_ENDS, Ends, follow, shares, standing
+from objstate.objects.repeats import NO_ENDS, Ends, counted, follow, shares, standing
 
 
 def fresh(ends: Ends) -> np.ndarray:
@@ -69,6 +69,17 @@ def test_what_appears_between_two_surfaces_was_not_met_before() -> None:
     times = scans(*[before] * 10, after).times
     assert times[[29, 35]].min() > 8.0
     assert times[30:34].max() < 1.5
+
+
+def test_a_beam_beside_an_edge_tells_again_where_it_is() -> None:
+    """A post at 1 m hides a part of what is behind, which is another wall in each scan."""
+    post = (np.arange(len(ANGLES)) >= 25) & (np.arange(len(ANGLES)) <= 35)
+    ends = scans(*[np.where(post, wall(1.0), wall(5.0 + 0.5 * k)) for k in range(10)])
+    told = counted(ends, ORIGINS)
+    assert ends.times[~post].max() < 1.1
+    assert told[[24, 36]].min() > 6.0
+    assert told[[23, 37]] == pytest.approx(ends.times[[23, 37]])  # they pass wall
+    assert told[post] == pytest.approx(ends.times[post])  # it hides, and is hidden by nothing
 
 
 @pytest.mark.parametrize("measured", [2.0, np.inf])
