@@ -12,6 +12,7 @@ import trimesh
 
 from objstate.building import inspect_building, load_building
 from objstate.errors import BuildingError
+from objstate.run.inputs import BuildingInput
 
 
 def box(size: str, xyz: str) -> str:
@@ -170,6 +171,17 @@ def test_what_is_wrong_beside_the_urdf_is_named(tmp_path: Path, words: str, sent
 
 def test_a_desk_that_only_touches_a_wall_is_fine(tmp_path: Path) -> None:
     assert inspect_building(write(tmp_path, walls(), desk("-3.1 -2.5 0"))).problems == []
+
+
+def test_a_building_in_millimetres_is_not_estimated_with(tmp_path: Path) -> None:
+    urdf = write(tmp_path, walls())
+    assert BuildingInput.read(urdf).model.name
+    mesh = load_building(urdf).walls
+    trimesh.Trimesh(1000.0 * mesh.vertices, mesh.faces).export(tmp_path / "walls.stl")
+    link = '<link name="walls"><collision><geometry><mesh filename="walls.stl"/></geometry></collision></link>'
+    urdf.write_text(f'<robot name="large">{link}</robot>')
+    with pytest.raises(BuildingError, match="looks like millimetres; give metres"):
+        BuildingInput.read(urdf)
 
 
 def turned_y_up(mesh: trimesh.Trimesh) -> None:

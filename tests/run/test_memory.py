@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from objstate.config import Settings
+from objstate.errors import WorldError
 from objstate.estimator import Estimator
 from objstate.objects import ObjectBelief
+from objstate.records import NANOSECONDS
 from objstate.run.memory import Memory
 from objstate.world.looks import Looks
 from tests.estimator.drives import corridor
 from tests.rooms import fan, scan_of
+
+SECONDS_IN_DAY = 86_400
 
 
 class Doubting(Estimator):
@@ -50,3 +56,10 @@ def test_what_is_learnt_is_taken_back_once_for_each_time_that_the_robot_is_lost(
         estimator.stretches = stretches
         memory.note(record, estimator, [])
     assert looks.taken_back == [1, 5]
+
+
+def test_a_log_from_the_future_is_refused_before_the_world_is_made(tmp_path: Path) -> None:
+    tomorrow = time.time_ns() + 2 * SECONDS_IN_DAY * NANOSECONDS
+    with pytest.raises(WorldError, match="begins 2 days ahead of this machine's clock"):
+        Memory.opened(tmp_path / "w.world", corridor(), Settings(), "log", tomorrow, {})
+    assert list(tmp_path.iterdir()) == []

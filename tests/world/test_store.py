@@ -1,6 +1,7 @@
 """A world in a database: what was added comes back, whole or not at all, on both databases."""
 
 import getpass
+import secrets
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import Executable
+from sqlalchemy import Executable, create_engine, text
 from sqlalchemy.engine import make_url
 
 from objstate.building.model import Building
@@ -182,6 +183,27 @@ def test_a_writer_that_has_to_wait_too_long_is_told(place: str) -> None:
         with pytest.raises(WorldError, match="Another process has been writing"):
             impatient.add(MONDAY, ON_MONDAY)
     assert store.add(MONDAY, ON_MONDAY)
+
+
+def test_a_role_that_may_only_read_a_world_is_told_before_it_learns() -> None:
+    url, names = make_url(reachable_server()), [f"objstate_{secrets.token_hex(6)}" for _ in "ab"]
+    schema, role = names
+    place = url.update_query_dict({"schema": schema}).render_as_string(hide_password=False)
+    reader = url.set(username=role, password=None).update_query_dict({"schema": schema})
+    engine = create_engine(parse_location(str(url)).url, isolation_level="AUTOCOMMIT")
+    with engine.connect() as server:
+        try:
+            open_store(place, BUILDING).check_writable()
+            server.execute(text(f'CREATE ROLE "{role}" LOGIN'))
+            server.execute(text(f'GRANT USAGE ON SCHEMA "{schema}" TO "{role}"'))
+            server.execute(text(f'GRANT SELECT ON ALL TABLES IN SCHEMA "{schema}" TO "{role}"'))
+            store = open_store(reader.render_as_string(), BUILDING)
+            assert store.drives() == []
+            with pytest.raises(WorldError, match=r"may not write it .*; grant it SELECT, INSERT"):
+                store.check_writable()
+        finally:
+            server.execute(text(f'DROP SCHEMA IF EXISTS "{schema}" CASCADE'))
+            server.execute(text(f'DROP ROLE IF EXISTS "{role}"'))
 
 
 def test_a_damaged_belief_is_named(tmp_path: Path) -> None:
