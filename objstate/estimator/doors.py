@@ -99,11 +99,16 @@ class Doors:
         return Seen(self._read_off(posterior, belief), exposure, beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
-        """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
+        """(2,) m, offset of a door's hinge where it is significant; None elsewhere.
+
+        Of a sliding door, it is that across the rail: along it, an offset is a state.
+        """
         if not isinstance(belief.joint, DoorMixture) or belief.presence < 0.5:
             return None
         offset, covariance = belief.joint.hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
+        slide = belief.joint.door.slide
+        offset = offset - (offset @ slide) * slide
         away = float(np.hypot(*offset))
         if away < ELSEWHERE_M:
             return None
