@@ -82,7 +82,9 @@ class ObjectBelief:
     states: FloatArray  # (n, d)
     weights: Weights  # (n,)
     cell: FloatArray  # (d,) width of the cell of a sample; zero for free samples
-    presence: float = 1.0  # probability that it is there; the states are conditioned on that
+    # probability that it is there, on which the states of furniture are conditioned; that beams meet
+    # a door's leaf, on which its states aren't
+    presence: float = 1.0
     stamp_ns: int | None = None  # None before the first update
     last_observed_ns: int | None = None
     p_moving: FloatArray = field(  # (n,) or (1,), probability in each state that a door is moving

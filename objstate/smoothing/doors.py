@@ -60,11 +60,12 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge, bearing)
     are summed over their priors given the whole log, and so is the pace at which the door is moved:
     each prior and pace has a chain of its own. Whether beams meet the leaf at all is as probable as
-    in the last belief; else readings tell nothing. While a door rests in a component, its offset from the component's middle is static, so that the
-    Gaussian of the last belief in which it still rested there is carried back. That is the
-    Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door may
-    have left or stayed: both cases are merged by mean and variance. What is learnt of a hinge's
-    offset after a door was moved doesn't correct its state before.
+    in the last belief; else readings tell nothing. While a door rests in a component, its offset
+    from the component's middle is static, so that the Gaussian of the last belief in which it still
+    rested there is carried back. That is the Rauch-Tung-Striebel pass of a state without process
+    noise. It is approximate where a door may have left or stayed: both cases are merged by mean and
+    variance. What is learnt of a hinge's offset after a door was moved doesn't correct its state
+    before.
     """
     moments = moments_of(history.steps, sorted(set(also_ns)))
     shape = len(moments), len(history.belief.states)
