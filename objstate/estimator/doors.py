@@ -268,7 +268,7 @@ class Paces:
 
 
 def _if_met(posterior: DoorMixture, log: FloatArray) -> FloatArray:
-    """Log evidence of a door, given ``log`` (k,) if beams meet its leaf, relative to that of all."""
+    """Log evidence (k,) of a door, given ``log`` (k,) if beams meet its leaf."""
     odds = posterior.log_unmet
     return np.asarray(np.logaddexp(log - np.logaddexp(0.0, odds), -np.logaddexp(0.0, -odds)))
 

@@ -82,8 +82,8 @@ class ObjectBelief:
     states: FloatArray  # (n, d)
     weights: Weights  # (n,)
     cell: FloatArray  # (d,) width of the cell of a sample; zero for free samples
-    # probability that it is there, on which the states of furniture are conditioned; that beams meet
-    # a door's leaf, on which its states aren't
+    # probability that furniture is there, on which its states are conditioned; that beams meet a
+    # door's leaf, on which its states aren't
     presence: float = 1.0
     stamp_ns: int | None = None  # None before the first update
     last_observed_ns: int | None = None

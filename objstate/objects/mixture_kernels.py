@@ -870,14 +870,13 @@ def condition(
     after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The error of the state's
     zero doesn't move the object. Components of ``weights`` (c,) that the scan makes nearly
     impossible stay as they are, and those of 0 are left out. With a placement of nan the object is
-    nowhere, and no beam meets it. ``precisions`` (8,) are inverse prior
-    variances of static errors, see ``_unlikely``. ``kinds`` (c, 2) are the probabilities of a
-    handle and of glass. Returned is the largest number of beams that reach the object in a
-    component.
+    nowhere, and no beam meets it. ``precisions`` (8,) are inverse prior variances of static errors,
+    see ``_unlikely``. ``kinds`` (c, 2) are the probabilities of a handle and of glass. Returned is
+    the largest number of beams that reach the object in a component.
 
-    Beams count by ``shares`` (n,) over how many ``times`` (n,) what they tell was told. In components
-    that the object just ``arrived`` in (c,), what they count less also counts, relative to the
-    heaviest component: readings that repeat earlier ones speak against a movement.
+    Beams count by ``shares`` (n,) over how many ``times`` (n,) what they tell was told. In
+    components that the object just ``arrived`` in (c,), what they count less also counts, relative
+    to the heaviest component: readings that repeat earlier ones speak against a movement.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(

@@ -54,7 +54,7 @@ def shares(ends: Ends) -> FloatArray:
 
 
 def counted(ends: Ends, origins: FloatArray) -> FloatArray:
-    """(n,) how often what beams from ``origins`` (n, 2) meet was met, or the edge that they pass."""
+    """(n,) how often what beams from ``origins`` (n, 2) tell was told by earlier ones."""
     out = np.empty(len(ends.times))
     beside(ends.points, ends.returned, ends.times, origins, out)
     return out
@@ -240,9 +240,9 @@ def beside(
 ) -> None:
     """Set ``out`` (n,) to how often what beams tell was told by earlier ones.
 
-    That is how often the surface at their ends ``points`` was met, ``times`` (n,). A beam that passes
-    a nearer surface tells where this ends, as often as a neighbour that met it, the less the farther
-    beside it passes.
+    That is how often the surface at their ends ``points`` was met, ``times`` (n,). A beam that
+    passes a nearer surface tells where this ends. That was told as often as the surface was met by
+    a neighbouring beam, the less the farther beside it passes.
     """
     for i in range(out.shape[0]):
         x, y, out[i] = origins[i, 0], origins[i, 1], times[i]

@@ -153,8 +153,8 @@ def choose(
 ) -> None:
     """Replace the first n of 2 n + 1 components by their twins where those are likelier.
 
-    Their ``log_evidence`` becomes that of both. Components are ``weights`` (2 n + 1,), Gaussians and
-    ``kinds`` after a scan; those before it are replaced too. Twins have a share ``forgets``.
+    Their ``log_evidence`` becomes that of both. Components are ``weights`` (2 n + 1,), Gaussians
+    and ``kinds`` after a scan; those before it are replaced too. Twins have a share ``forgets``.
     """
     count = weights.shape[0] // 2
     known, unknown = math.log1p(-forgets), math.log(forgets)

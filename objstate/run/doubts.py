@@ -128,9 +128,9 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
             )
     for frame, tilt in drive.tilts.items():
         yield (
-            f"The laser '{frame}' looks up or down by {math.degrees(tilt):.0f}°. Objects are updated "
-            "by its scans as in the paper, without the errors of robot and building: slower and less "
-            "exactly. Where another laser is level, leave this one out (--topics)."
+            f"The laser '{frame}' looks up or down by {math.degrees(tilt):.0f}°. Objects are "
+            "updated by its scans as in the paper, without the errors of robot and building: slower "
+            "and less exactly. Where another laser is level, leave this one out (--topics)."
         )
     for frame, limits in drive.without_return.items():
         yield without_return(frame, *limits)
@@ -164,9 +164,9 @@ def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterato
     if drive.share_through > MOST_THROUGH:
         yield (
             f"{100 * drive.share_through:.0f} % of the readings pass through walls of the building "
-            f"by more than {THROUGH:g} m, as seen from the estimated poses. Glass alone allows that. "
-            "Is it a log of this building, are the walls where the model has them, and is the laser "
-            "mounted as the log says?"
+            f"by more than {THROUGH:g} m, as seen from the estimated poses. Glass alone allows "
+            "that. Is it a log of this building, are the walls where the model has them, and is the "
+            "laser mounted as the log says?"
         )
     if options.belief == "own" and not len(estimator.building.walls.faces):
         yield "The building has no walls to localize by; give its root link some."

@@ -178,8 +178,8 @@ def test_a_building_in_millimetres_is_not_estimated_with(tmp_path: Path) -> None
     assert BuildingInput.read(urdf).model.name
     mesh = load_building(urdf).walls
     trimesh.Trimesh(1000.0 * mesh.vertices, mesh.faces).export(tmp_path / "walls.stl")
-    link = '<link name="walls"><collision><geometry><mesh filename="walls.stl"/></geometry></collision></link>'
-    urdf.write_text(f'<robot name="large">{link}</robot>')
+    shape = '<collision><geometry><mesh filename="walls.stl"/></geometry></collision>'
+    urdf.write_text(f'<robot name="large"><link name="walls">{shape}</link></robot>')
     with pytest.raises(BuildingError, match="looks like millimetres; give metres"):
         BuildingInput.read(urdf)
 
