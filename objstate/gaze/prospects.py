@@ -138,10 +138,15 @@ class Prospects:
         return self._told[key]
 
     def gain(self, name: str, told: FloatArray) -> float:
-        """Expected gain, nats, of the summed evidence of some looks about an object."""
+        """Expected gain, nats, of the summed evidence of some looks about an object.
+
+        Where beams may not meet a door's leaf at all, looks tell less.
+        """
+        belief = self.beliefs[name]
         if name not in self._gains:
-            self._gains[name] = gain_of(self.beliefs[name])
-        return self._gains[name](told)
+            self._gains[name] = gain_of(belief)
+        met = 1.0 if belief.item.kind is Kind.PLANAR else belief.presence
+        return met * self._gains[name](told)
 
 
 def _rounded(state: FloatArray) -> bytes:

@@ -10,6 +10,7 @@ from objstate.gaze.laser import LaserLooks, LookSettings
 from objstate.gaze.prospects import LookLibrary, Prospects
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import FloatArray
+from objstate.lazy import altered
 from objstate.objects import ObjectBelief
 from tests.gaze.places import chest, priors, surely, two_rooms
 
@@ -99,3 +100,12 @@ def test_a_look_is_simulated_once() -> None:
     belief, pose = given.beliefs["door"], NEARBY[0]
     first, again = (library.look("laser", belief, pose, {}, 1.0) for _ in range(2))
     assert first is again
+
+
+def test_a_door_whose_leaf_no_beam_meets_is_no_aim_of_looks() -> None:
+    library, given = prospects(ROOMS)
+    evidence = told(given.beliefs["door"], NEARBY[0])
+    unmet = altered(given.beliefs["door"], presence=0.1)
+    doubted = Prospects(library, {**given.beliefs, "door": unmet})
+    assert given.gain("door", evidence) > 0.1
+    assert doubted.gain("door", evidence) == pytest.approx(0.1 * given.gain("door", evidence))
