@@ -17,7 +17,7 @@ from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.doorframe import BearingReading, bearing_by_walls
-from objstate.objects.mixture import NEVER, PACES, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import PACES, DoorMixture, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -136,31 +136,25 @@ class Doors:
         return belief.joint.among(by_others).posterior_paces
 
     def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
-        """The posterior of a door's state, averaged over the deviations of hinge and bearing.
-
-        Of a leaf that no beam meets, readings tell nothing.
-        """
-        door, unmet = posterior.door, posterior.unmet
-        each, statics = zip(*self.cases(door), strict=True)
-        states = posterior.under(statics).beside(door.unseen)
-        shares = np.append((1.0 - unmet) * np.array(each), unmet)
-        weights, p_moving = door.on_lattice(states, belief)
-        p_moving = shares @ (weights * p_moving)
-        weights = shares @ weights
-        p_moving = np.minimum(p_moving / np.maximum(weights, NEVER), 1.0)
+        """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
+        door, presence = posterior.door, 1.0 - posterior.unmet
+        shares, statics = zip(*self.cases(door), strict=True)
+        each, p_moving = door.on_lattice(posterior.under(statics), belief)
+        by_case = np.array(shares)
+        weights, p_moving = door.published(by_case @ each, by_case @ (each * p_moving), presence)
         return altered(
             belief,
             weights=Weights(weights),
             p_moving=p_moving,
-            presence=1.0 - unmet,
+            presence=presence,
             stamp_ns=posterior.stamp_ns,
             joint=posterior,
         )
 
     def _learn(self, name: str, posterior: DoorMixture) -> None:
         """Update what is learnt over all doors; not deviations, where the door's are known."""
-        shares = self._paces.of(name)
-        relative = posterior.log_paces - np.logaddexp.reduce(posterior.log_paces + np.log(shares))
+        log = posterior.log_paces
+        relative = log - np.logaddexp.reduce(log + np.log(posterior.paces))
         self._paces.observe(name, _if_met(posterior, relative))
         if name in self._known:
             return

@@ -146,10 +146,9 @@ class Estimator:
         return self._robot.vantage(scan)
 
     def walls(self, scan: Scan) -> FloatArray:
-        """(k,) m to the walls along a scan's valid beams, from the mean of ``robot``."""
+        """(n,) m to the walls along a scan's beams, from the mean of ``robot``; NaN for invalid."""
         assert self.robot is not None
-        walls: FloatArray = self._sensing.view(scan).walls(self.robot.mean[None])[0]
-        return walls
+        return Sight.of(scan, self.robot, self._sensing, self._believed.surroundings).walls
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:

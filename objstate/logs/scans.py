@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray, between, rotation_about
+from objstate.geometry import FloatArray, IntArray, between, rotation_about, rotation_from_rpy
 from objstate.logs.notices import Notices
 from objstate.records import Rays, Scan
 
@@ -105,12 +105,10 @@ def _levelled(rotation: FloatArray) -> FloatArray:
 
     Walls and leaves are upright, so that ranges to them change by less than 0.1 %.
     """
-    ahead = math.hypot(rotation[0, 0], rotation[1, 0])
     if not math.cos(NEARLY_LEVEL) < abs(rotation[2, 2]) < 1.0:
         return rotation
-    cos, sin = rotation[0, 0] / ahead, rotation[1, 0] / ahead
-    up = math.copysign(1.0, rotation[2, 2])  # -1: it is mounted upside down
-    return np.array([[cos, -up * sin, 0.0], [sin, up * cos, 0.0], [0.0, 0.0, up]])
+    roll = 0.0 if rotation[2, 2] > 0.0 else math.pi  # it may be mounted upside down
+    return rotation_from_rpy(roll, 0.0, math.atan2(rotation[1, 0], rotation[0, 0]))
 
 
 def sweep_from(

@@ -24,7 +24,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doorframe import BearingReading
-from objstate.objects.doors import gaussian_prior, rest_shares
+from objstate.objects.doors import LatticeFilter, gaussian_prior, rest_shares
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
@@ -159,13 +159,6 @@ class Doorway:
         return np.concatenate([self.placements, self.placements, np.full((1, 3), np.nan)])
 
     @lazy
-    def unseen(self) -> States:
-        """The states (1, c) of a door of which readings tell nothing."""
-        count = len(self.states)
-        resting, moving = self.rest[None], np.zeros((1, count))
-        return States(resting, moving, self.states[None], self.widths[None, :count])
-
-    @lazy
     def nowhere(self) -> BoolArray:
         """(c + o,) no component."""
         return np.zeros(len(self.middles), dtype=bool)
@@ -273,6 +266,22 @@ class Doorway:
         exchange_kernels.read_off(*states, self.cells, first, cell, wraps, NEVER, weights, p_moving)
         return weights, p_moving
 
+    @lazy
+    def _rests(self) -> FloatArray:
+        """(n,) weights of a lattice's states of a door of which readings tell nothing."""
+        return LatticeFilter(self.item, self.settings).rests
+
+    def published(
+        self, weights: FloatArray, moving: FloatArray, presence: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Weights of a lattice's states, and the probability of moving in each, (..., n).
+
+        If beams meet the leaf, which has the probability ``presence``, these are ``weights``, of
+        which ``moving`` move. Else readings tell nothing.
+        """
+        every = presence * weights + (1.0 - presence) * self._rests
+        return every, np.minimum(presence * moving / np.maximum(every, NEVER), 1.0)
+
 
 class Statics(NamedTuple):
     """Prior variances of a door's static errors."""
@@ -288,10 +297,6 @@ class States(NamedTuple):
     moving: FloatArray  # (k, ..., c) of a moving door
     means: FloatArray  # (k, c) of the state
     variances: FloatArray  # (k, c)
-
-    def beside(self, others: States) -> States:
-        """These states and others, all of them (k, c)."""
-        return States(*(np.concatenate(both) for both in zip(self, others, strict=True)))
 
 
 class Moved(NamedTuple):

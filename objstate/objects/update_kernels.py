@@ -65,26 +65,6 @@ def arrive(
     join(before, arriving, widths, means, covariances, kinds)
 
 
-@_inner
-def _copy(
-    means: FloatArray,
-    covariances: FloatArray,
-    kinds: FloatArray,
-    c: int,
-    out_means: FloatArray,
-    out_covariances: FloatArray,
-    out_kinds: FloatArray,
-    to: int,
-) -> None:
-    """Copy a component to another one of other arrays."""
-    for a in range(ERRORS):
-        out_means[to, a] = means[c, a]
-        for b in range(ERRORS):
-            out_covariances[to, a, b] = covariances[c, a, b]
-    for k in range(kinds.shape[1]):
-        out_kinds[to, k] = kinds[c, k]
-
-
 @called_with("f1 f1 b1 i i f f f1 f1 f2 f3 f2 f1 b1 f2 f3 f2 f1")
 @_compile
 def begin(
@@ -116,6 +96,7 @@ def begin(
     ``static_means`` (8,) and ``static_variances`` (8,).
     """
     count = means.shape[0]
+    out_means[:count], out_covariances[:count], out_kinds[:count] = means, covariances, kinds
     for c in range(count):
         here = max(weights[c], never) if c < cells else 0.0
         if c >= cells + atoms:
@@ -125,18 +106,18 @@ def begin(
         out_weights[count + c] = forgets * here if twin else 0.0
         for k in (c, count + c):
             out_arrived[k], log_evidence[k] = twin, -np.inf
-        _copy(means, covariances, kinds, c, out_means, out_covariances, out_kinds, c)
         if not twin:
             continue
-        _copy(means, covariances, kinds, c, out_means, out_covariances, out_kinds, count + c)
+        k = count + c
+        out_means[k], out_covariances[k], out_kinds[k] = means[c], covariances[c], kinds[c]
         for a in range(ORIGIN, ERRORS):
-            out_means[count + c, a] = static_means[a]
+            out_means[k, a] = static_means[a]
             for b in range(ERRORS):
-                out_covariances[count + c, a, b] = out_covariances[count + c, b, a] = 0.0
-            out_covariances[count + c, a, a] = static_variances[a]
+                out_covariances[k, a, b] = out_covariances[k, b, a] = 0.0
+            out_covariances[k, a, a] = static_variances[a]
     last = 2 * count
     out_weights[last], out_arrived[last], log_evidence[last] = never, False, -np.inf
-    _copy(means, covariances, kinds, 0, out_means, out_covariances, out_kinds, last)
+    out_means[last], out_covariances[last], out_kinds[last] = means[0], covariances[0], kinds[0]
 
 
 @called_with("f f1 f1 f2 f3 f2 f2 f3")
@@ -167,13 +148,8 @@ def choose(
         log_evidence[c] = most + math.log(math.exp(own - most) + math.exp(other - most))
         if other <= own:
             continue
-        for a in range(ERRORS):
-            means[c, a], means_before[c, a] = means[k, a], means_before[k, a]
-            for b in range(ERRORS):
-                covariances[c, a, b] = covariances[k, a, b]
-                covariances_before[c, a, b] = covariances_before[k, a, b]
-        for a in range(kinds.shape[1]):
-            kinds[c, a] = kinds[k, a]
+        means[c], covariances[c], kinds[c] = means[k], covariances[k], kinds[k]
+        means_before[c], covariances_before[c] = means_before[k], covariances_before[k]
 
 
 @_inner

@@ -262,9 +262,9 @@ def _of_unmet(estimator: Estimator) -> Iterator[str]:
         if belief.item.kind is not Kind.PLANAR and belief.presence < 0.5
     }
     if unmet:
-        surest = min(1.0 - presence for presence in unmet.values())
+        least = 1.0 - max(unmet.values())
         yield (
-            f"No beam met the leaf of {_some(unmet)} where it could be (p = {surest:.2f}): it was "
+            f"No beam met the leaf of {_some(unmet)} where it could be (p = {least:.2f}): it was "
             "taken out, it is modelled wrongly, or the laser looks under it, above it or through "
             "it. Its state isn't known from this log, and its interval says so."
         )

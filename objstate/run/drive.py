@@ -89,10 +89,9 @@ class Drive:
 
     def _compare(self, scan: Scan, walls: FloatArray) -> None:
         self._compared_ns[scan.laser] = scan.stamp_ns
-        ranges = scan.ranges[scan.valid]
-        returned = np.isfinite(ranges)
+        returned = np.isfinite(scan.ranges)
         self.returned += int(np.count_nonzero(returned))
-        self.through += int(np.count_nonzero(ranges[returned] > walls[returned] + THROUGH))
+        self.through += int(np.count_nonzero((scan.ranges > walls + THROUGH)[returned]))
 
     def _note_scan(self, scan: Scan, robot: PoseBelief | None) -> None:
         self.scans += 1

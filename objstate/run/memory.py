@@ -20,9 +20,9 @@ from objstate.errors import LogError, WorldError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
-from objstate.records import NANOSECONDS, Estimate, Record
+from objstate.recording.stamps import DAY_NS
+from objstate.records import Estimate, Record
 from objstate.run.options import RunOptions
-from objstate.units import SECONDS_PER_DAY
 
 if TYPE_CHECKING:
     from objstate.world.adjusting import Motions
@@ -126,7 +126,7 @@ class Statics:
 
 def _check_clock(begin_ns: int) -> None:
     """Raise WorldError for a log from the future, which would outdate all that a world learns."""
-    ahead = (begin_ns - time.time_ns()) / NANOSECONDS / SECONDS_PER_DAY
+    ahead = (begin_ns - time.time_ns()) / DAY_NS
     if ahead > MOST_AHEAD:
         raise WorldError(
             f"The log begins {ahead:.0f} days ahead of this machine's clock, and a world takes its "

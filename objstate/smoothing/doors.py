@@ -11,7 +11,7 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, PACES, States, Statics
+from objstate.objects.mixture import PACES, States, Statics
 from objstate.objects.steps import GAP_NS, DoorStep, Step
 from objstate.particles import Weights
 from objstate.records import NANOSECONDS
@@ -85,9 +85,7 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
         weights += share * each
         moved += share * each * p_moving
     presence = history.belief.presence
-    (anywhere,), _ = door.on_lattice(door.unseen, history.belief)
-    weights = presence * weights + (1.0 - presence) * anywhere
-    p_moving = np.minimum(presence * moved / np.maximum(weights, NEVER), 1.0)
+    weights, p_moving = door.published(weights, moved, presence)
     beliefs = [
         altered(
             history.belief,
