@@ -18,6 +18,7 @@ import re
 import secrets
 import shutil
 import sqlite3
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -29,6 +30,7 @@ WORKSHOP = ".objstate-"  # prefix of workshops' names
 # in a workshop: what is being made, and what is being replaced
 LOCK, NEW, OLD = "lock", "new", "old"
 
+SWEEPING_S = 0.2  # s for which a sweep may hold a workshop
 PROBE, PROBE_SIZE = "probe", 2**20  # bytes; a disk without this much space counts as full
 
 URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # also one from which Path removed a slash
@@ -83,6 +85,33 @@ def whole(
             if trouble is error:
                 raise
             raise trouble from error
+
+
+@contextmanager
+def claimed(path: str | Path) -> Iterator[None]:
+    """Hold an output from before the long work that makes it, also what it already holds.
+
+    Raises ResultError where another process holds it, and StorageError.
+    """
+    refuse_url(path)
+    target = Path(path).absolute()
+    make_folder(target.parent)
+    sweep(target.parent)
+    workshop = target.parent / f"{WORKSHOP}{target.name}"
+    try:
+        descriptor = _claim(workshop)
+    except BlockingIOError as error:
+        raise ResultError(
+            f"Another process is writing {target} now; wait until it is done, or choose another "
+            "name."
+        ) from error
+    except OSError as error:
+        raise _unwritable(target.parent, error.errno or 0) from error
+    try:
+        yield
+    finally:
+        _clear(workshop)
+        os.close(descriptor)
 
 
 def write_text(path: str | Path, text: str) -> None:
@@ -209,6 +238,21 @@ def _new_workshop(parent: Path) -> tuple[Path, int]:
             return workshop, descriptor
 
 
+def _claim(workshop: Path) -> int:
+    """Hold the lock of a workshop that may be there already. Raises OSError."""
+    until = time.monotonic() + SWEEPING_S
+    while True:
+        workshop.mkdir(exist_ok=True)
+        try:
+            return _locked(workshop, os.O_RDWR | os.O_CREAT)
+        except FileNotFoundError:
+            continue  # its last holder removed it just now
+        except BlockingIOError:
+            if time.monotonic() > until:
+                raise
+            time.sleep(SWEEPING_S / 10)
+
+
 def _clear(workshop: Path) -> None:
     """Remove a workshop as far as possible; its lock goes last, so that the rest can be swept."""
     for part in (NEW, OLD):
@@ -229,7 +273,8 @@ def _locked(workshop: Path, flags: int) -> int:
         raise
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        os.stat(workshop / LOCK)  # removed meanwhile?
+        if os.stat(workshop / LOCK).st_ino != os.fstat(descriptor).st_ino:
+            raise FileNotFoundError(errno.ENOENT, "removed meanwhile", str(workshop))
     except OSError as error:
         # where there are no locks, a workshop is made but never swept
         if isinstance(error, BlockingIOError | FileNotFoundError) or not flags & os.O_CREAT:

@@ -15,7 +15,7 @@ import pytest
 
 import objstate
 from objstate.errors import ResultError, StorageError
-from objstate.outputs import WORKSHOP, sweep, whole, write_text
+from objstate.outputs import WORKSHOP, claimed, sweep, whole, write_text
 from objstate.recording.logs import FORMATS, open_log_writer
 from objstate.simulation.messages import ODOMETRY, odometry_message
 from tests.storage import small_files
@@ -44,7 +44,10 @@ def content(target):
 
 def make(text):
     any_kind = lambda path: True
-    with outputs.whole(home / "out", overwrite=True, replaceable=any_kind) as made:
+    with (
+        outputs.claimed(home / "out"),
+        outputs.whole(home / "out", overwrite=True, replaceable=any_kind) as made,
+    ):
         if kind == "file":
             made.write_text(text * 2)
         else:
@@ -106,6 +109,18 @@ def test_what_a_living_process_makes_is_not_swept(tmp_path: Path) -> None:
         made.write_text("new")
     assert (tmp_path / "out").read_text() == "new"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "out"]
+
+
+def test_an_output_is_made_by_one_at_a_time(tmp_path: Path) -> None:
+    with claimed(tmp_path / "out"):
+        sweep(tmp_path)
+        with claimed(tmp_path / "other"):
+            pass
+        with pytest.raises(ResultError, match=r"Another process is writing .*out now; wait until"):
+            claimed(tmp_path / "out").__enter__()
+    with claimed(tmp_path / "out"):
+        pass
+    assert not list(tmp_path.iterdir())
 
 
 def test_folders_of_somebody_else_are_not_swept(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from objstate.discovery.candidates import Candidate, Finding, find_doors
 from objstate.discovery.drives import distinct_logs
 from objstate.discovery.gathering import Beams, Gathered, gather
 from objstate.errors import LogError
+from objstate.outputs import claimed
 from objstate.processes import Each, default_workers, lasting
 from objstate.run import RunOptions
 
@@ -74,29 +75,32 @@ def learn_doors(
     """
     run, target = run or RunOptions(), Path(out)
     check_output(target, overwrite, map_yaml)
-    digests, warnings = distinct_logs(logs, run)
-    plan = replace(read_map(Path(map_yaml)), name=NAME)
-    walls = building_of_map(plan)
-    with lasting(jobs or default_workers()) as in_each:
-        work = _Work(plan, walls, run, on_progress, in_each)
-        drives = work.localized(list(digests), walls, *LOCALIZING)
-        found = work.weighed(drives, *FINDING)
-        # among doors that were moved since, or in rooms that were closed, a map misleads
-        if again := [log for log, drive in drives.items() if drive.lost_share > OFTEN_LOST]:
-            drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
-            found = work.weighed(drives, *FINDING_AGAIN)
-    warnings += [
-        f"{log}: {NOWHERE} It is left out." for log in drives if not len(drives[log].beams)
-    ]
-    about = _about(map_yaml, drives, found)
-    beside = {
-        DOORS_FILE: candidates_table(found.candidates),
-        LEARN_FILE: json.dumps(about, indent=1) + "\n",
-    }
-    building = _with_doors(plan, found)
-    sidecar = sidecar_of(building.error or BuildingErrorSettings())
-    urdf = write_buildings(target, {".": building}, {".": sidecar}, beside)[0]
-    return Learnt(urdf, found.candidates, found.openings, len(found.passed_over), tuple(warnings))
+    with claimed(target):
+        digests, warnings = distinct_logs(logs, run)
+        plan = replace(read_map(Path(map_yaml)), name=NAME)
+        walls = building_of_map(plan)
+        with lasting(jobs or default_workers()) as in_each:
+            work = _Work(plan, walls, run, on_progress, in_each)
+            drives = work.localized(list(digests), walls, *LOCALIZING)
+            found = work.weighed(drives, *FINDING)
+            # among doors that were moved since, or in rooms that were closed, a map misleads
+            if again := [log for log, drive in drives.items() if drive.lost_share > OFTEN_LOST]:
+                drives |= work.localized(again, _with_doors(plan, found), *LOCALIZING_AGAIN)
+                found = work.weighed(drives, *FINDING_AGAIN)
+        warnings += [
+            f"{log}: {NOWHERE} It is left out." for log in drives if not len(drives[log].beams)
+        ]
+        about = _about(map_yaml, drives, found)
+        beside = {
+            DOORS_FILE: candidates_table(found.candidates),
+            LEARN_FILE: json.dumps(about, indent=1) + "\n",
+        }
+        building = _with_doors(plan, found)
+        sidecar = sidecar_of(building.error or BuildingErrorSettings())
+        urdf = write_buildings(target, {".": building}, {".": sidecar}, beside)[0]
+        return Learnt(
+            urdf, found.candidates, found.openings, len(found.passed_over), tuple(warnings)
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,7 @@ from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
+from objstate.outputs import claimed
 from objstate.processes import Each, default_workers, lasting
 from objstate.run import BuildingInput, RunOptions, open_run, unknown_start
 from objstate.run.calibrating import survey_log
@@ -97,7 +98,22 @@ def refine_building(
     lost for most of the time are left out. Raises BuildingError, SettingsError, ResultError, and
     LogError, also where no drive is left.
     """
-    run, target, building = run or RunOptions(), Path(out), urdf_of(Path(building))
+    with claimed(out):
+        return _refined(
+            logs, building, Path(out), run or RunOptions(), jobs, overwrite, on_progress
+        )
+
+
+def _refined(
+    logs: Sequence[str | Path],
+    building: str | Path,
+    target: Path,
+    run: RunOptions,
+    jobs: int | None,
+    overwrite: bool,
+    on_progress: Report | None,
+) -> Refined:
+    building = urdf_of(Path(building))
     model = BuildingInput.read(building).model
     digest, columns = geometry_digest(model), Columns.of(model.walls)
     error = model.error or BuildingErrorSettings()

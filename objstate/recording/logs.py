@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from objstate.errors import ResultError
-from objstate.outputs import whole
+from objstate.outputs import claimed, whole
 from objstate.recording.bags import write_mcap, write_rosbag1, write_rosbag2, write_rosbag2_mcap
 from objstate.recording.carmen import write_carmen
 from objstate.recording.ros import to_cdr
@@ -99,6 +99,7 @@ def open_log_writer(
     """
     opener = FORMATS[format_of(path, format)]
     with (
+        claimed(path),
         whole(path, overwrite=overwrite, replaceable=is_log) as temporary,
         opener(temporary) as log,
     ):

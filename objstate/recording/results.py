@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from objstate.outputs import check_free, whole
+from objstate.outputs import check_free, claimed, whole
 
 MARK = ".objstate"  # a file that marks a folder as a result
 MARK_TEXT = "An objstate result, written whole. --overwrite replaces this folder.\n"
@@ -20,7 +20,8 @@ def result_folder(path: str | Path, *, overwrite: bool = False) -> Iterator[Path
     replaced, at the very end; anything that isn't a result is refused still.
     Raises ResultError.
     """
-    with whole(path, overwrite=overwrite, replaceable=is_result) as folder:
+    check_result_folder(path, overwrite=overwrite)
+    with claimed(path), whole(path, overwrite=overwrite, replaceable=is_result) as folder:
         folder.mkdir()
         yield folder
         (folder / MARK).write_text(MARK_TEXT)
