@@ -12,7 +12,13 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.bound import BoundErrors
-    from objstate.evaluation import CoordinateErrors, Distances, RobotErrors, StateErrors
+    from objstate.evaluation import (
+        CoordinateErrors,
+        Distances,
+        MovementErrors,
+        RobotErrors,
+        StateErrors,
+    )
 
 UNITS = {"rad": ("deg", 180 / math.pi), "m": ("cm", 100.0)}  # as people read errors
 
@@ -21,6 +27,11 @@ NUMBERS = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
 LEGEND = (
     "Absolute errors; bias is estimate minus truth. <5, <10: % of errors of at most 5 and\n"
     "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
+)
+
+MOVEMENTS_LEGEND = (
+    "true: of objects that were observed before and after. found: a movement is told in their time.\n"
+    "false: told in whose time there was none."
 )
 
 ROBOT_LEGEND = (
@@ -43,6 +54,15 @@ def errors_table(
         if errors is not None:
             cells = error_cells(entry.coordinate, entry.unit, errors)
             table.add_row(entry.object or "all", *cells)
+    return table
+
+
+def movements_table(entries: Iterable[MovementErrors]) -> Table:
+    """True movements beside those that were found."""
+    table = new_table("Movements", ("object",), ("true", "found", "missed", "false"))
+    for entry in entries:
+        counts = entry.count, entry.found, entry.count - entry.found, entry.false
+        table.add_row(entry.object or "all", *map(str, counts))
     return table
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,9 +19,11 @@ from objstate.cli.console import print_names, print_table, print_text, print_war
 from objstate.cli.error_tables import (
     BOUND_LEGEND,
     LEGEND,
+    MOVEMENTS_LEGEND,
     ROBOT_LEGEND,
     bound_table,
     errors_table,
+    movements_table,
     robot_table,
 )
 from objstate.cli.json_values import JSON_HELP, json_values, write_json
@@ -31,7 +34,7 @@ from objstate.kinds import RESULT, instead
 
 if TYPE_CHECKING:
     from objstate.bound import BoundEvaluation
-    from objstate.evaluation import Evaluation
+    from objstate.evaluation import Evaluation, MovementErrors
     from objstate.evaluation.batch import BatchEvaluation
 
 EXAMPLES = """\b
@@ -86,7 +89,7 @@ def evaluate(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compare a result, or a batch, with the truth: states, the robot's path, or both.
+    """Compare a result, or a batch, with the truth: states, movements, and the robot's path.
 
     Prints errors and how often the truth lies inside the 90 % intervals: of every object and of
     the robot; of a batch, and with --against, by object, class, distance, incidence angle, beams
@@ -178,12 +181,19 @@ def _print_batch(evaluation: BatchEvaluation) -> None:
         print_table(table)
     print_table(overall_table(evaluation))
     print_text(LEGEND)
+    if evaluation.movements is not None:
+        _print_movements([evaluation.movements])
     for calibration in evaluation.calibration:
         print_table(calibration_table(calibration))
     if evaluation.against:
         print_table(difference_table(evaluation.against))
     print_names("Without truth", evaluation.without_truth)
     print_names("Without result", evaluation.without_result)
+
+
+def _print_movements(entries: Iterable[MovementErrors]) -> None:
+    print_table(movements_table(entries))
+    print_text(MOVEMENTS_LEGEND)
 
 
 def _limit(folder: Path, truth: Path) -> BoundEvaluation:
@@ -202,6 +212,8 @@ def _print(evaluation: Evaluation) -> None:
         print_text(LEGEND)
     else:
         print_text("No object was observed while its true state is known.")
+    if evaluation.movements:
+        _print_movements(evaluation.movements)
     print_names("Without truth", evaluation.without_truth)
     print_names("Never observed", evaluation.never_observed)
     print_names("Observed only before the truth begins", evaluation.before_truth)

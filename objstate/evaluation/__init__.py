@@ -5,6 +5,7 @@ from objstate.evaluation.calibration import Calibration
 from objstate.evaluation.evaluation import CoordinateErrors, Evaluation, evaluate, evaluate_states
 from objstate.evaluation.latest import LatestState, latest_states
 from objstate.evaluation.lost import read_lost, within
+from objstate.evaluation.movements import MovementErrors
 from objstate.evaluation.paired import Difference
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.summary import Distances, StateErrors
@@ -17,6 +18,7 @@ __all__ = [
     "Evaluation",
     "Group",
     "LatestState",
+    "MovementErrors",
     "RobotErrors",
     "StateErrors",
     "compare_paths",

@@ -18,11 +18,13 @@ from objstate.evaluation.calibration import Calibration, calibrations
 from objstate.evaluation.conditions import conditions, no_conditions
 from objstate.evaluation.judged import judge
 from objstate.evaluation.lost import read_lost
+from objstate.evaluation.movements import MovementErrors, movement_errors
 from objstate.evaluation.paired import Difference, differences
 from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.sums import Finals, Sums, Totals, packed, sums_of, unpacked
 from objstate.recording.batches import BatchLog, is_batch, read_logs, result_of
+from objstate.recording.events import read_events
 from objstate.recording.index import BatchIndex, open_index, settled
 from objstate.recording.parts import OnLog, Part, file_state, parts, states_state, truth_state
 from objstate.recording.summary import read_summary
@@ -34,7 +36,7 @@ from objstate.storage import building_here, here
 if TYPE_CHECKING:
     import polars as pl
 
-FORM = 2  # of the sums that are kept
+FORM = 3  # of the sums that are kept
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,7 @@ class BatchEvaluation:
     groups: tuple[Group, ...]  # at the updates, by condition
     calibration: tuple[Calibration, ...]  # of the final estimates
     against: tuple[Difference, ...]  # empty without another result
+    movements: MovementErrors | None = None  # of all logs; None where there are none
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain dictionaries and lists, for JSON; rad, m and s."""
@@ -106,6 +109,7 @@ def evaluate_batch(
         groups=groups(totals),
         calibration=calibrations(finals),
         against=() if against is None else _against(finals, against, left, results, filtered),
+        movements=totals.movements,
     )
 
 
@@ -191,7 +195,14 @@ def judged_sums(
     """One log's part of its batch's errors; ``building`` is that of the log, where known."""
     notes: list[str] = []
     judged = _judged(result, log, building, notes, filtered)
-    return sums_of(parts_of(judged), judged, notes)
+    movements = None if filtered else _movements(result, log)
+    return sums_of(parts_of(judged), judged, notes, movements)
+
+
+def _movements(result: Path, log: BatchLog) -> MovementErrors | None:
+    courses = true_courses(_truth(log))
+    errors = movement_errors(read_events(result), read_states(result), courses)
+    return errors[-1] if errors else None
 
 
 def _judged(

@@ -11,6 +11,7 @@ import numpy as np
 
 from objstate.errors import ResultError, TruthError
 from objstate.evaluation.lost import Stretches, read_lost
+from objstate.evaluation.movements import MovementErrors, movement_errors
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.states import (
     Comparison,
@@ -21,6 +22,7 @@ from objstate.evaluation.states import (
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.order import natural_key
+from objstate.recording.events import read_events
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_states, read_truth, unknown_names
 from objstate.recording.tum import read_path, read_tum
@@ -55,6 +57,7 @@ class Evaluation:
     never_estimated: tuple[str, ...]  # objects with truth and no estimate
     robot: RobotErrors | None
     notes: tuple[str, ...] = ()  # names of the truth that the building doesn't have
+    movements: tuple[MovementErrors, ...] = ()  # of each object that has some; of all, last
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain dictionaries and lists, for JSON; rad and m."""
@@ -74,7 +77,7 @@ def evaluate(
     An object is evaluated at the updates that observed it, from the first stamp of its truth on;
     what was taken back because the robot was lost counts among the updates, but not as final. Its
     states are those given the whole log, where the result has them, or with ``filtered`` those that
-    the robot would have known then. ``align`` moves the estimated path onto the true one first.
+    the robot would have known then; then movements aren't compared. ``align`` moves the estimated path onto the true one first.
     Raises ResultError for a folder that holds no result and TruthError for a truth that can't be
     used or has no object of the result.
     """
@@ -90,7 +93,9 @@ def evaluate(
             source=str(truth),
         )
         notes = unknown_names(states, read_summary(folder)["objects"])
-        evaluation = replace(evaluation, notes=tuple(notes))
+        events = [] if filtered else read_events(folder)
+        moved = () if filtered else movement_errors(events, estimates, true_courses(states))
+        evaluation = replace(evaluation, notes=tuple(notes), movements=moved)
     if path is None:
         return evaluation
     robot = compare_paths(read_path(folder), read_tum(path), align)

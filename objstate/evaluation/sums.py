@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objstate.evaluation.movements import MovementErrors, together
 from objstate.evaluation.summary import FAR_M, FAR_RAD, NEAR_M, NEAR_RAD, ROTATIONS, StateErrors
 from objstate.geometry import FloatArray, IntArray
 from objstate.packing import pack, unpack
@@ -42,9 +43,15 @@ class Sums:
     coordinates: tuple[str, ...]
     finals: Mapping[str, np.ndarray]  # "object" and "coordinate", numbers, and FINAL; (f,) each
     notes: tuple[str, ...] = ()  # what could not be told, and why
+    movements: MovementErrors | None = None  # of all objects; None where there are none
 
 
-def sums_of(parts: Mapping[Key, pl.DataFrame], judged: pl.DataFrame, notes: Sequence[str]) -> Sums:
+def sums_of(
+    parts: Mapping[Key, pl.DataFrame],
+    judged: pl.DataFrame,
+    notes: Sequence[str],
+    movements: MovementErrors | None = None,
+) -> Sums:
     """The sums of judged estimates, of which ``parts`` are the updates that share a condition."""
     moments = np.zeros((len(parts), MOMENTS))
     places = []
@@ -64,7 +71,17 @@ def sums_of(parts: Mapping[Key, pl.DataFrame], judged: pl.DataFrame, notes: Sequ
         places.append(BINS * number + _bins(absolute))
     found, counts = np.unique(np.concatenate([np.zeros(0, int), *places]), return_counts=True)
     objects, coordinates, finals = _finals(judged)
-    return Sums(tuple(parts), moments, found, counts, objects, coordinates, finals, tuple(notes))
+    return Sums(
+        tuple(parts),
+        moments,
+        found,
+        counts,
+        objects,
+        coordinates,
+        finals,
+        tuple(notes),
+        movements,
+    )
 
 
 def packed(sums: Sums) -> bytes:
@@ -74,6 +91,7 @@ def packed(sums: Sums) -> bytes:
         "objects": sums.objects,
         "coordinates": sums.coordinates,
         "notes": sums.notes,
+        "movements": None if sums.movements is None else astuple(sums.movements),
     }
     arrays = {
         "moments": sums.moments,
@@ -100,6 +118,7 @@ def unpacked(content: bytes, what: str) -> Sums:
             if name.startswith("final ")
         },
         notes=tuple(words["notes"]),
+        movements=None if words["movements"] is None else MovementErrors(*words["movements"]),
     )
 
 
@@ -112,6 +131,7 @@ class Totals:
         self._histograms = np.zeros((0, BINS), dtype=np.int64)
         self._finals = Finals()
         self.notes: list[str] = []
+        self.movements: MovementErrors | None = None
 
     def add(self, log: str, sums: Sums) -> None:
         """Add those of a log."""
@@ -121,6 +141,8 @@ class Totals:
         self._histograms[number[rows], bins] += sums.counts
         self._finals.add(log, sums)
         self.notes += [f"{log}: {note}" if log else note for note in sums.notes]
+        some = [each for each in (self.movements, sums.movements) if each is not None]
+        self.movements = together(some) if some else None
 
     def errors(self) -> Iterator[tuple[Key, StateErrors]]:
         """The errors of the updates by condition, label and coordinate, in no order."""

@@ -152,7 +152,7 @@ def read_truth(path: str | Path) -> list[TrueState]:
 def check_truth_times(
     truth: Iterable[TrueState], begin_ns: int, end_ns: int, source: str | Path = "The truth"
 ) -> None:
-    """Raise TruthError for stamps that aren't nanoseconds, by when the log begins and ends."""
+    """Raise TruthError for stamps that aren't nanoseconds, or all later than the log's end."""
     stamps = {row.stamp_ns for row in truth}
     unit = mistaken_unit(stamps, begin_ns, end_ns)
     if unit is not None:
@@ -161,6 +161,11 @@ def check_truth_times(
         raise TruthError(
             f"{source}: the stamp {example} is given in {unit}, but truth has nanoseconds since "
             f"1970; write {told}, and so for every stamp."
+        )
+    if stamps and min(stamps) > end_ns:
+        late_s = (min(stamps) - end_ns) / 1e9
+        raise TruthError(
+            f"{source} begins {late_s:,.0f} s after the log's end; is it that of another drive?"
         )
 
 

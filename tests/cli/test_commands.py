@@ -191,14 +191,23 @@ def test_a_path_of_another_log_is_an_error_after_the_result(run, drive: Path) ->
 
 
 def test_evaluate_prints_no_empty_tables(run, drive: Path, estimated: Path) -> None:
+    blind = drive / "blind"
+    shutil.copytree(estimated, blind)
+    states = pl.read_parquet(blind / "smoothed.parquet")
+    states.with_columns(observed=pl.lit(False)).write_parquet(blind / "smoothed.parquet")
+    outcome = run("evaluate", blind, "--truth", drive / "log" / "truth.csv")
+    assert outcome.code == 0
+    assert outcome.out == (
+        "No object was observed while its true state is known.\nNever observed: office_door\n"
+    )
+
+
+def test_a_truth_that_begins_after_the_log_is_refused(run, drive: Path, estimated: Path) -> None:
     truth = drive / "late.csv"
     truth.write_text("stamp,object,coordinate,value\n1700000000000000000,office_door,angle,0.6\n")
     outcome = run("evaluate", estimated, "--truth", truth)
-    assert outcome.code == 0
-    assert outcome.out == (
-        "No object was observed while its true state is known.\n"
-        "Observed only before the truth begins: office_door\n"
-    )
+    assert outcome.code == 1
+    assert "s after the log's end; is it that of another drive?" in outcome.err
 
 
 def test_a_building_without_objects_is_shown_without_a_table(run, tmp_path: Path) -> None:

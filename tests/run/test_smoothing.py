@@ -10,6 +10,7 @@ import pytest
 
 from objstate.building import load_building
 from objstate.estimator import Estimator
+from objstate.evaluation import evaluate
 from objstate.logs import open_log
 from objstate.recording.events import read_events
 from objstate.recording.tables import ESTIMATES, SMOOTHED, read_estimates, read_states
@@ -81,6 +82,13 @@ def test_the_movement_is_an_event_and_nothing_else_is(result: RunResult) -> None
     assert event.to_state == pytest.approx(LATTER, abs=math.radians(1.0))
     assert max(event.from_std, event.to_std) < math.radians(2.5)
     assert event.probability > 0.99
+
+
+def test_the_movement_is_found_by_the_truth(result: RunResult, log: Path) -> None:
+    door, both = evaluate(result.folder, log.with_name("truth.csv")).movements
+    assert (door.object, both.object) == ("door_02", None)
+    assert (both.count, both.found, both.false) == (1, 1, 0)
+    assert evaluate(result.folder, log.with_name("truth.csv"), filtered=True).movements == ()
 
 
 def test_the_same_log_gives_the_same_bytes(log: Path, result: RunResult, tmp_path: Path) -> None:
