@@ -121,6 +121,9 @@ class Work(NamedTuple):
     # model, and as the two neighbours read, which only stop a part of it
     beside: FloatArray
     edges: FloatArray  # (n, 4) m to these surfaces, inf for none
+    # (n, 2) m to the object behind the beam's background, inf for none, and the probability that
+    # a beam beside the background's edge meets it
+    behind: FloatArray
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
@@ -173,6 +176,7 @@ def _cast(
         work.origins[i, 0], work.origins[i, 1] = begin_x, begin_y
         work.directions[i, 0], work.directions[i, 1] = dx, dy
         work.expected[i], work.side[i], work.bump[i] = np.inf, -1, np.inf
+        work.behind[i, 0], work.behind[i, 1] = np.inf, 0.0
         if i == 0:
             _see_corners(beams, shape, x, prior, placed, work)
         left, right = _outermost(i, np.int64(0), work.corners.shape[0], work)
@@ -197,6 +201,7 @@ def _cast(
         else:
             _graze(i, beams.background[i], work)
         if work.expected[i] >= beams.background[i]:
+            work.behind[i, 0], work.behind[i, 1] = work.expected[i], work.share[i]
             work.expected[i], work.side[i], work.share[i] = np.inf, -1, 0.0
     return placed
 
@@ -459,8 +464,27 @@ def _variance(
 
 
 @_inner
-def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
-    """Set the densities of ``work`` that don't depend on the state."""
+def _set_beginnings(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> None:
+    """Set ``work.begun`` where an unexpected thing was met before by a later beam of this scan.
+
+    A thing begins once, not in each scan that shows another piece of it. Readings that are likelier
+    of one thing than of two belong to a run. In as far as a later beam of its run is less ``new``
+    than a beam, that beam goes on from the next one.
+    """
+    least = new[-1]
+    for i in range(new.shape[0] - 2, -1, -1):
+        step, begun = work.gone_on[i + 1], work.begun[i]
+        least = least if step > work.begun[i + 1] > 0.0 else new[i]
+        if least < new[i] and begun > 0.0:
+            begins = noise.unexpected * (1.0 - noise.run if i > 0 else 1.0)
+            ratio = noise.run * step / (begins * begun)
+            work.begun[i] *= max(ratio, 1.0) ** (1.0 - least / new[i])
+        least = min(least, new[i])
+
+
+@_inner
+def _set_densities(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> None:
+    """Set the densities of ``work`` that don't depend on the state; beams are so ``new`` (n,)."""
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
@@ -476,6 +500,36 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
         if i > 0 and beams.measured[i - 1] < np.inf:
             off = measured - beams.measured[i - 1]
             work.gone_on[i] = _bell(off, noise.run_std * noise.run_std)
+    if noise.unexpected > 0.0:
+        _set_beginnings(beams, noise, new, work)
+
+
+@_inner
+def _past_edge(noise: Noise, measured: float, passes: float, i: int, work: Work) -> Any:
+    """By how much an object behind a beam's background changes the density of its range.
+
+    A beam that passes beside the background's edge meets the object there, before what lies behind.
+    """
+    behind, share = work.behind[i, 0], (1.0 - passes) * work.behind[i, 1]
+    beside = 0.0
+    for side in range(2):
+        if behind < work.edges[i, side] < np.inf:
+            bell = _bell(measured - behind, _scatter(noise, behind) + FOOTPRINT * FOOTPRINT)
+            beside += noise.edge * noise.hit * bell - work.beside[i, side]
+    return share * beside
+
+
+@_inner
+def _reaches(beams: Beams, noise: Noise, i: int, passes: float, work: Work) -> Any:
+    """Probability that a beam gets as far as it was measured, if nothing unexpected stops it."""
+    measured, beside = beams.measured[i], 0.0
+    if measured < beams.background[i]:
+        return 1.0 if measured < work.expected[i] else 1.0 - work.share[i]
+    for side in range(2):
+        if measured < work.edges[i, side] < np.inf:
+            beside = noise.edge
+    behind = measured > work.behind[i, 0]
+    return beside * (1.0 - (1.0 - passes) * work.behind[i, 1]) if behind else beside
 
 
 @_inner
@@ -498,6 +552,8 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
     met_it, bumped, clear, before_it = 0.0, 0.0, 1.0, 0.0
+    if work.behind[i, 0] < np.inf:
+        past += _past_edge(noise, measured, passes, i, work)
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
         for side in range(BESIDE):
@@ -518,11 +574,9 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
     hit = reaches * share * clear * solid
     met_it = clear * (solid + (1.0 - passes) * before_it) + passes * past
     free = reaches * (share * met_it + (1.0 - share) * past + (1.0 - clear) * bumped + noise.random)
-    nearer = 0.0
-    if measured < beams.background[i]:
-        nearer = 1.0 if measured < expected else 1.0 - share
     stopped = begins * work.begun[i] + goes_on * work.gone_on[i]
-    stopped = nearer * stopped + (goes_on + begins) * noise.random
+    stopped *= _reaches(beams, noise, i, passes, work)
+    stopped += (goes_on + begins) * noise.random
     return hit, free, stopped, reaches * (met_it - past)
 
 
@@ -895,6 +949,7 @@ def condition(
         np.empty(count),
         np.zeros((count, BESIDE)),
         np.full((count, BESIDE), np.inf),
+        np.empty((count, 2)),
         np.empty(count),
         np.empty(count),
         np.empty((count, 2)),
@@ -908,11 +963,11 @@ def condition(
         np.zeros(ERRORS),
         np.empty((ERRORS, ERRORS)),
     )
-    _set_densities(beams, noise, work)
-    likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
-    expected, is_first = 0.0, True  # log-likelihood of what is repeated, in the heaviest component
     new = shares / times
     repeated = shares - new
+    _set_densities(beams, noise, new, work)
+    likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
+    expected, is_first = 0.0, True  # log-likelihood of what is repeated, in the heaviest component
     for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
