@@ -127,6 +127,7 @@ class Work(NamedTuple):
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
+    ended: FloatArray  # (n,) probability that a thing which stopped the beam before ends there
     origins: FloatArray  # (n, 2) m of the beams
     directions: FloatArray  # (n, 2)
     row: FloatArray  # (7,) derivatives of one range by the errors
@@ -464,12 +465,13 @@ def _variance(
 
 
 @_inner
-def _set_beginnings(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> None:
-    """Set ``work.begun`` where an unexpected thing was met before by a later beam of this scan.
+def _set_runs(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> None:
+    """Let unexpected things that were met before begin and end at little cost.
 
-    A thing begins once, not in each scan that shows another piece of it. Readings that are likelier
-    of one thing than of two belong to a run. In as far as a later beam of its run is less ``new``
-    than a beam, that beam goes on from the next one.
+    A thing begins and ends once, not in each scan that shows another piece of it. Readings that are
+    likelier of one thing than of two belong to a run. In as far as some beam of a run is less
+    ``new`` (n,) than its first one, that goes on from the next beam; and in as far as it is less
+    new than the beam behind the run, the run is known to end there.
     """
     least = new[-1]
     for i in range(new.shape[0] - 2, -1, -1):
@@ -480,6 +482,13 @@ def _set_beginnings(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> 
             ratio = noise.run * step / (begins * begun)
             work.begun[i] *= max(ratio, 1.0) ** (1.0 - least / new[i])
         least = min(least, new[i])
+    ends, least = (1.0 - noise.run) * (1.0 - noise.unexpected), new[0]
+    for i in range(1, new.shape[0]):
+        if work.gone_on[i] > work.begun[i] > 0.0:
+            least = min(least, new[i])
+            continue
+        work.ended[i] = ends ** min(least / new[i], 1.0)
+        least = new[i]
 
 
 @_inner
@@ -488,6 +497,7 @@ def _set_densities(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> N
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
+        work.ended[i] = (1.0 - noise.run) * (1.0 - noise.unexpected)
         if measured == np.inf:
             work.past[i] = noise.hit if background >= noise.range_max else 0.0
             continue
@@ -501,7 +511,7 @@ def _set_densities(beams: Beams, noise: Noise, new: FloatArray, work: Work) -> N
             off = measured - beams.measured[i - 1]
             work.gone_on[i] = _bell(off, noise.run_std * noise.run_std)
     if noise.unexpected > 0.0:
-        _set_beginnings(beams, noise, new, work)
+        _set_runs(beams, noise, new, work)
 
 
 @_inner
@@ -541,7 +551,8 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
     are the probabilities that the beam before was free and was stopped.
     """
     measured, stays = beams.measured[i], noise.run if i > 0 else 0.0
-    reaches = stays * before[0] + (1.0 - stays) * (1.0 - noise.unexpected)
+    free = stays + (1.0 - stays) * (1.0 - noise.unexpected)
+    reaches = free * before[0] + work.ended[i] * before[1]
     goes_on, begins = stays * before[1], (1.0 - stays) * noise.unexpected
     expected, past, share = work.expected[i], work.past[i], work.share[i]
     passes, work.slopes[HANDLE] = GLASS_PASSES * work.kinds[GLASS], 0.0
@@ -950,6 +961,7 @@ def condition(
         np.zeros((count, BESIDE)),
         np.full((count, BESIDE), np.inf),
         np.empty((count, 2)),
+        np.empty(count),
         np.empty(count),
         np.empty(count),
         np.empty((count, 2)),

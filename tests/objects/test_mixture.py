@@ -463,6 +463,95 @@ def test_a_beam_past_a_jamb_may_meet_a_casing_in_line_with_it() -> None:
     assert evidence[0] > evidence[1] + 1.0
 
 
+def towards(begin: FloatArray, points: FloatArray, measured: FloatArray, far: FloatArray) -> Beams:
+    """Beams from a place to points, of some measured and expected ranges."""
+    gone, count = points - begin, len(points)
+    return Beams(
+        begin,
+        np.tile(begin, (count, 1)),
+        gone / np.hypot(*gone.T)[:, None],
+        measured,
+        far,
+        np.zeros(count),
+        np.zeros((count, 2)),
+        np.zeros(count),
+    )
+
+
+def log_evidence(beams: Beams, times: FloatArray, state: float | None) -> float:
+    """Log p(scan | state) of readings that were met so many times; None: there is no leaf."""
+    turn = np.full((1, 3), np.nan) if state is None else np.array([[0.0, 0.0, state]])
+    log = np.zeros(1)
+    condition(
+        beams,
+        shape(leaf()),
+        noise(),
+        np.ones(len(times)),
+        times,
+        np.zeros(1, dtype=bool),
+        turn,
+        np.ones(1),
+        FLAT,
+        np.zeros((1, ERRORS)),
+        1e-10 * np.eye(ERRORS)[None],
+        np.full((1, 2), 1e-3),
+        log,
+    )
+    return float(log[0])
+
+
+def test_a_beam_that_passes_a_jamb_and_the_leaf_behind_it_shows_that_there_is_none() -> None:
+    """The wall beside the opening begins 3 cm farther on than modelled."""
+    begin, jamb = np.array([-2.0, -0.7]), np.array([[-0.015, -0.1], [0.03, -0.1]])
+    at_leaf = np.hypot(*(jamb - begin).T) * 0.68 / 0.6
+    background = np.array([np.hypot(*(jamb[0] - begin)), 5.0])
+    past, stopped = (
+        towards(begin, jamb, np.array([first, at_leaf[1]]), background)
+        for first in (5.0, at_leaf[0])
+    )
+    anew = np.ones(2)
+    assert log_evidence(stopped, anew, 0.0) > log_evidence(past, anew, 0.0) + 1.0
+    assert log_evidence(past, anew, None) > log_evidence(stopped, anew, None) + 1.0
+
+
+@pytest.mark.parametrize("measured", [2.5, 4.0])
+def test_a_thing_may_stand_behind_a_jamb(measured: float) -> None:
+    """Two beams end on it: one passes a wall that is shorter than modelled, one the opening."""
+    begin, jamb = np.array([-2.0, -0.7]), np.array([[-0.015, -0.1], [0.03, -0.1]])
+    background = np.array([np.hypot(*(jamb[0] - begin)), 5.0])
+    both = towards(begin, jamb, np.full(2, measured), background)
+    one = towards(begin, jamb[1:], np.full(1, measured), background[1:])
+    by_chance = math.log(noise().random) + log_evidence(one, np.ones(1), None)
+    # at most 2.6 where nothing can stand behind a wall
+    assert log_evidence(both, np.ones(2), None) > by_chance + 2.7
+
+
+def box_before_an_open_door(steps: FloatArray) -> Beams:
+    """Beams on a box, of which the first ends where a closed leaf would stop it by chance."""
+    begin = np.array([-2.0, -0.7])
+    points = np.column_stack([np.linspace(0.2, 0.6, len(steps)), np.full(len(steps), -0.02)])
+    ranges = np.hypot(*(points - begin).T)
+    return towards(begin, points, ranges[0] - steps, np.full(len(steps), 5.0))
+
+
+def test_a_thing_that_was_met_before_does_not_begin_again() -> None:
+    """Another piece of a box comes into view, in the plane of the closed leaf."""
+    beams = box_before_an_open_door(np.array([0.0, 0.04, 0.08, 0.12, 0.16]))
+    known = np.array([1.0, 20.0, 20.0, 20.0, 20.0])
+    assert log_evidence(beams, known, 0.0) - log_evidence(beams, known, None) < 2.0
+
+
+def test_a_thing_that_was_met_before_ends_where_it_did() -> None:
+    begin = np.array([-2.0, -0.7])
+    points = np.column_stack([np.linspace(0.2, 0.7, 6), np.zeros(6)])
+    thing, known = np.array([1.5] * 5 + [5.0]), np.array([20.0] * 5 + [1.0])
+    wall_behind = log_evidence(towards(begin, points, thing, np.full(6, 5.0)), known, None)
+    nothing = log_evidence(
+        towards(begin, points[-1:], thing[-1:], np.full(1, 5.0)), known[-1:], None
+    )
+    assert wall_behind == pytest.approx(nothing, abs=0.5)
+
+
 def test_an_oblique_wall_behind_a_leaf_is_not_before_it() -> None:
     """One beam beside the wall before a closed leaf passes to the wall behind it."""
     alone, x = read(0.0), np.array([0.4, 0.42, 0.44, 0.46])
