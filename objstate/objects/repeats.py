@@ -28,6 +28,7 @@ BENT = 0.5  # deviation of a surface between two points, as a share of their dis
 REPEATS = 0.98  # probability that the surface of the last scan is still there
 ANYWHERE = 1.0  # 1/m, density of a range to another one
 CLOSEST = 1e-9  # m
+FAR = 2.0  # LENGTHs, from which on an end tells nothing of a place
 SURELY = 0.999  # largest probability that a surface was met before
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -110,6 +111,18 @@ def _fades(away: float, middle: float) -> Any:
 
 
 @_inner
+def _is_same(off: float, distance: float, bent: float, variance: float, growth: float) -> Any:
+    """Probability that two readings are of one surface, whose ranges differ by ``off``.
+
+    At a ``distance`` m, at points between which the surface may be ``bent``.
+    """
+    spread = SHIFT * SHIFT + BENT * BENT * bent * bent
+    spread += 2.0 * (variance + growth * distance * distance)
+    same = math.exp(-0.5 * off * off / spread) / (ROOT_TAU * math.sqrt(spread))
+    return REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
+
+
+@_inner
 def _met(
     points: FloatArray,
     times: FloatArray,
@@ -125,16 +138,21 @@ def _met(
 
     It is seen from an ``origin``, and a reading ``came`` from it or not. The last scan has
     ``points`` (m, 2), and the surface was met so many ``times`` (m,) there and ``between`` (m - 1,)
-    two of them.
+    two of them. The place is on a surface that goes through two neighbouring ends, or that has one
+    end: on a thin thing there is no other.
     """
     x, y = origin
     off_x, off_y = place[0] - x, place[1] - y
     away, nearest, before, along_before = math.hypot(off_x, off_y), np.inf, np.nan, np.nan
     dx, dy = off_x / max(away, CLOSEST), off_y / max(away, CLOSEST)
-    aside, distance, bent, seen = np.inf, 0.0, 0.0, 0.0
+    aside, distance, bent, seen, by_end = np.inf, 0.0, 0.0, 0.0, 0.0
     for k in range(points.shape[0]):
         off_x, off_y = points[k, 0] - x, points[k, 1] - y
         across, along = dx * off_y - dy * off_x, dx * off_x + dy * off_y
+        if came and returned[k] and abs(across) < FAR * LENGTH:
+            again = times[k] * math.exp(-abs(across) / LENGTH)
+            again *= _is_same(away - along, along, across, variance, growth)
+            by_end = max(by_end, again)
         if before * across <= 0.0 and along > 0.0 and along_before > 0.0:
             part = before / (before - across) if before != across else 0.5
             met = along_before + part * (along - along_before)
@@ -152,13 +170,9 @@ def _met(
             nearest = abs(away - along) if came or returned[k] else 0.0
             aside, distance, bent, seen = abs(across), along, abs(across), times[k]
         before, along_before = across, along
-    if seen <= 0.0:
-        return 0.0
-    seen *= math.exp(-aside / LENGTH)
-    spread = SHIFT * SHIFT + BENT * BENT * bent * bent
-    spread += 2.0 * (variance + growth * distance * distance)
-    same = math.exp(-0.5 * nearest * nearest / spread) / (ROOT_TAU * math.sqrt(spread))
-    return seen * REPEATS * same / (REPEATS * same + (1.0 - REPEATS) * ANYWHERE)
+    if seen > 0.0:
+        seen *= math.exp(-aside / LENGTH) * _is_same(nearest, distance, bent, variance, growth)
+    return max(seen, by_end)
 
 
 @called_with("f2 f1 f1 b1 f2 f2 f1 f f f f2 f1 f1 b1")

@@ -71,6 +71,20 @@ def test_what_appears_between_two_surfaces_was_not_met_before() -> None:
     assert times[30:34].max() < 1.5
 
 
+@pytest.mark.parametrize("beam", [20, 30])
+def test_a_thin_thing_is_the_same_to_the_one_beam_that_meets_it(beam: int) -> None:
+    """A pole of 3 cm before a wall, met by a beam a little aside in each scan."""
+    readings = [wall(5.0) for _ in range(10)]
+    for each in readings:
+        each[beam] = 2.0
+    ends = NO_ENDS
+    for turn, each in enumerate(readings):
+        aside = 0.002 * turn - 0.01  # rad
+        directions = np.column_stack([np.cos(ANGLES + aside), np.sin(ANGLES + aside)])
+        ends = follow(ends, ORIGINS, directions, each, VARIANCE, 0.0, RANGE_MAX)
+    assert ends.times[beam] > 5.0
+
+
 def test_a_beam_beside_an_edge_tells_again_where_it_is() -> None:
     """A post at 1 m hides a part of what is behind, which is another wall in each scan."""
     post = (np.arange(len(ANGLES)) >= 25) & (np.arange(len(ANGLES)) <= 35)
