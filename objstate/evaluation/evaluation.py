@@ -77,7 +77,8 @@ def evaluate(
     An object is evaluated at the updates that observed it, from the first stamp of its truth on;
     what was taken back because the robot was lost counts among the updates, but not as final. Its
     states are those given the whole log, where the result has them, or with ``filtered`` those that
-    the robot would have known then; then movements aren't compared. ``align`` moves the estimated path onto the true one first.
+    the robot would have known then; then movements aren't compared. ``align`` moves the estimated
+    path onto the true one first.
     Raises ResultError for a folder that holds no result and TruthError for a truth that can't be
     used or has no object of the result.
     """
