@@ -40,7 +40,7 @@ def test_a_leaf_that_was_taken_out_may_stand_anywhere() -> None:
     estimator = driven(is_gone=True)
     gone = estimator.objects[GONE]
     (lower,), (upper,) = gone.interval()
-    assert gone.presence < 0.05
+    assert gone.presence < 0.2
     assert upper - lower > FLAT
     assert GONE not in estimator.hung_elsewhere
 
